@@ -87,7 +87,6 @@ extern "C" {
     X(SILENT, "silent", "No signal at all.") \
     X(MIRROR_MISSING, "mirror-missing", "No echo from the mirror.") \
     X(MIRROR_FROZEN, "mirror-frozen", "The mirror's echo never changes: all chirps are the same.") \
-    X(NO_NOISE, "no-noise", "The map contains no noise, so it cannot come from a radar.") \
     X(NO_ECHO, "no-echo", "Nothing but noise: not even the ground was detected.") \
     X(ADC_BIT, "adc-bit", "A bit of the converter never changes.") \
     X(IQ_SWAPPED, "iq-swapped", "I and Q are exchanged, or one has the wrong sign: the spectrum is mirrored.") \
@@ -692,7 +691,7 @@ typedef struct {
 } stairscan_guard_permit_t;
 
 /* Returns what the chair may do now by guard sweeps alone; full scans do not count. Call it in every control cycle,
- * also without new bytes. During a full scan in between (0.6 to 3.7 s) no sweep comes: it gives STAIRSCAN_STOP. */
+ * also without new bytes. During a full scan in between (0.7 to 3.7 s) no sweep comes: it gives STAIRSCAN_STOP. */
 /*@ requires \valid(scanner);
     requires stairscan_sound(scanner);
     assigns *scanner;

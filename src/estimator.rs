@@ -6,6 +6,7 @@ use crate::config::Config;
 use crate::drive::Drive;
 use crate::observer::Observer;
 use crate::past::History;
+use crate::signal::echoes::FoundEchoes;
 use crate::signal::grid::PolarMap;
 use crate::verdict::{Assessment, Evidence, Outcome};
 
@@ -18,6 +19,8 @@ pub struct MappedScan<'a> {
     pub config: &'a Config,
     /// Number of the scan; random numbers are seeded with it.
     pub number: u32,
+    /// Echoes of the scan, the strongest first, and its noise.
+    pub found: &'a FoundEchoes,
     /// Motion of the chair during the scan.
     pub drive: &'a Drive<'a>,
 }
@@ -25,12 +28,13 @@ pub struct MappedScan<'a> {
 /// Estimator of stairs: from the polar map of a scan to its answer. The same map, configuration and scan number give
 /// the same answer.
 pub trait Estimator {
-    /// Prepares for the first row of a scan, whose shape (rows and range bins) `map` already has.
-    fn begin(&mut self, map: &PolarMap);
+    /// Prepares for the first row of a scan, whose shape (rows and range bins) `map` already has; for an estimator that
+    /// looks at rows.
+    fn begin(&mut self, _map: &PolarMap) {}
 
     /// Takes row `k` of the map. Rows come in order, beginning at either end of the scan; a lost row is passed as well,
     /// and is empty.
-    fn row(&mut self, map: &PolarMap, k: usize);
+    fn row(&mut self, _map: &PolarMap, _k: usize) {}
 
     /// Fills `answer`, which is empty on entry (a large value, passed by reference because the stack is small),
     /// and returns the evidence for its status; `None` if there was no data. `past` is the evidence of earlier
@@ -64,6 +68,7 @@ pub trait Estimator {
     fn finish(
         &mut self,
         map: &PolarMap,
+        found: &FoundEchoes,
         config: &Config,
         number: u32,
         observer: &mut dyn Observer,
@@ -72,6 +77,7 @@ pub trait Estimator {
             map,
             config,
             number,
+            found,
             drive: &Drive::STANDING,
         };
         self.outcome(&scan, None, observer)

@@ -11,8 +11,9 @@ use crate::observer::Observer;
 use crate::paper::Paper;
 use crate::params::Numbers;
 use crate::past::History;
-use crate::signal::echoes::Echo;
+use crate::signal::echoes::FoundEchoes;
 use crate::signal::grid::{PolarMap, Row};
+use crate::signal::image::{CoherentRow, KeptImage};
 use crate::verdict::{Assessment, FreeGround};
 
 /// Working memory of the estimator of stairs or of the guard, beside the map, during a scan and after it. Only one is
@@ -78,6 +79,8 @@ impl Scratch {
 #[derive(Debug)]
 pub struct StairFinder {
     map: PolarMap,
+    image: KeptImage,
+    found: FoundEchoes,
     scratch: Scratch,
     numbers: Numbers,
 }
@@ -87,16 +90,19 @@ impl StairFinder {
     pub const fn new(numbers: Numbers) -> Self {
         Self {
             map: PolarMap::new(),
+            image: KeptImage::new(),
+            found: FoundEchoes::NONE,
             scratch: Scratch::Idle,
             numbers,
         }
     }
 
-    /// Empties the map and gives it the shape of `config`'s scan.
+    /// Empties map and image and gives them the shape of `config`'s scan.
     ///
     /// # Errors Returns the field that makes the scan larger than the map, or its sweep wider than the shaft can turn.
     pub fn begin(&mut self, config: &Config) -> Result<(), ConfigError> {
         self.map.begin(config)?;
+        self.image.begin(&self.map);
         self.scratch.choose(config.estimator, self.numbers);
         if let Some(estimator) = self.scratch.estimator() {
             estimator.begin(&self.map);
@@ -108,6 +114,11 @@ impl StairFinder {
     /// Returns the result of `fill`; `None` beyond the last row.
     pub fn write<R>(&mut self, k: usize, fill: impl FnOnce(Row<'_>) -> R) -> Option<R> {
         self.map.fill(k, fill)
+    }
+
+    /// Adds the last written row, `k`, to the image.
+    pub fn add(&mut self, k: usize, row: &mut CoherentRow<'_>) {
+        self.image.add(self.map.angle_rad(k), row);
     }
 
     /// Marks row `k` as final, received or lost, and lets the estimator process it.
@@ -129,8 +140,10 @@ impl StairFinder {
         observer: &mut dyn Observer,
         answer: &mut Answer,
     ) -> Option<Assessment> {
+        self.detect(config);
         let scan = MappedScan {
             map: &self.map,
+            found: &self.found,
             config,
             number,
             drive,
@@ -168,14 +181,28 @@ impl StairFinder {
         }
     }
 
-    /// Returns the echoes of the map after the last row, for a calibration by command, in place of
-    /// [`StairFinder::finish`]. Their positions follow from the configuration alone, without a calibration on the
-    /// ground; empty for an estimator without echoes.
-    pub fn echoes(&mut self, config: &Config) -> &[Echo] {
-        match &mut self.scratch {
-            Scratch::Likelihood(estimator) => estimator.echoes(&self.map, config),
-            _ => &[],
-        }
+    /// Closes the image after the last row and finds its echoes, as for a chair that stands: their positions follow from
+    /// the configuration alone, without a calibration on the ground. Also for a calibration by command, in place of
+    /// [`StairFinder::finish`].
+    pub fn detect(&mut self, config: &Config) -> &FoundEchoes {
+        self.image.finish();
+        self.image.detect(&self.map, config, &mut self.found);
+        &self.found
+    }
+
+    /// Returns the image, whose memory is lent at boot.
+    pub fn image_mut(&mut self) -> &mut KeptImage {
+        &mut self.image
+    }
+
+    /// Returns the image in its present state.
+    pub fn image(&self) -> &KeptImage {
+        &self.image
+    }
+
+    /// Returns the echoes of the last scan.
+    pub fn found(&self) -> &FoundEchoes {
+        &self.found
     }
 
     /// Returns the map in its present state.

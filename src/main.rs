@@ -18,6 +18,7 @@ fn main() {
 #[cfg(target_os = "none")]
 #[rtic::app(device = stm32f4xx_hal::pac, peripherals = true)]
 mod app {
+    use core::mem::MaybeUninit;
     use defmt_rtt as _;
     use stairscan::motion::Odometry;
     use stairscan::pipeline::Pipeline;
@@ -71,8 +72,9 @@ mod app {
         local = [
             parts,
             pipeline: Pipeline = Pipeline::new(),
-            reports: Reports = Reports::new(),
-            odometry: Odometry = Odometry::new(),
+            // Not all zero: initialised values would lie in flash, too.
+            reports: MaybeUninit<Reports> = MaybeUninit::uninit(),
+            odometry: MaybeUninit<Odometry> = MaybeUninit::uninit(),
         ]
     )]
     fn idle(cx: idle::Context) -> ! {
@@ -96,9 +98,11 @@ mod app {
         let saved = Some(board::demo::settings());
         identity.serial = board::serial_number::read();
         if let Some(mpu) = mpu.take() {
-            // Nothing uses its words yet.
-            let (state, _words) = board::second_memory::find(mpu, identity.health.internal_clock);
+            let (state, words) = board::second_memory::find(mpu, identity.health.internal_clock);
             identity.second_memory = state;
+            if let Some(words) = words {
+                cx.local.pipeline.memory_mut().lend(words);
+            }
         }
         let mirror = EncodedMirror::new(
             Stepper::with_driver(Locked(cx.shared.motor), driver),
@@ -120,8 +124,8 @@ mod app {
             hardware,
             cx.local.pipeline,
             LentParts {
-                reports: cx.local.reports,
-                odometry: cx.local.odometry,
+                reports: cx.local.reports.write(Reports::new()),
+                odometry: cx.local.odometry.write(Odometry::new()),
             },
             saved,
             *identity,

@@ -12,8 +12,9 @@ use crate::observer::Observer;
 use crate::params::Numbers;
 use crate::past::History;
 use crate::scanner::DataPath;
+use crate::signal::echoes::FoundEchoes;
 use crate::signal::grid::PolarMap;
-use crate::signal::image::CoherentRow;
+use crate::signal::image::{ImageMemory, KeptImage};
 use crate::signal::range::{Profile, RangeProcessor};
 use crate::track::Track;
 use crate::verdict::{
@@ -57,8 +58,8 @@ pub struct Pipeline {
     /// Evidence of earlier scans of the same scene.
     past: History,
     numbers: Numbers,
-    /// Whether the last row was kept.
-    row_kept: bool,
+    /// Whether the present rows are a scan's, whose image is made; else a guard sweep's.
+    imaging: bool,
 }
 
 /// Maximum interval between two guard sweeps whose evidence is combined, seconds: in a longer one a person may have
@@ -66,7 +67,7 @@ pub struct Pipeline {
 const GUARD_BREAK_S: f32 = 1.0;
 
 /// Maximum memory of the scan state, with either estimator, bytes.
-const BUDGET: usize = 104 * 1024;
+const BUDGET: usize = 104 * 1024 + size_of::<ImageMemory>();
 const _: () = assert!(
     size_of::<Pipeline>() <= BUDGET,
     "scan state above its budget"
@@ -90,7 +91,7 @@ impl Pipeline {
             health: Health::new(numbers),
             past: History::new(numbers),
             numbers,
-            row_kept: false,
+            imaging: false,
         }
     }
 
@@ -103,7 +104,7 @@ impl Pipeline {
             range,
             finder,
             health,
-            row_kept,
+            imaging,
             ..
         } = self;
         let chirp = samples.get(..chirp(samples, config)).unwrap_or(&[]);
@@ -120,8 +121,10 @@ impl Pipeline {
             }
             !discarded
         });
-        *row_kept = kept == Some(true);
         health.check_map_row(row, finder.map(), |bin| range.phasors(bin));
+        if *imaging && kept == Some(true) {
+            finder.add(row.into(), &mut range.coherent());
+        }
     }
 
     /// Marks row `row` as final (received and processed by [`Pipeline::process_row`], or lost) and lets the estimator
@@ -130,11 +133,19 @@ impl Pipeline {
         self.finder.complete(row.into());
     }
 
-    /// Returns the last processed row for a coherent image; `None` if it was discarded. To be called at most once after
-    /// [`Pipeline::process_row`].
-    pub fn coherent(&mut self) -> Option<CoherentRow<'_>> {
-        let kept = core::mem::take(&mut self.row_kept);
-        kept.then(|| self.range.coherent())
+    /// Returns the memory of the coherent image, to be lent at boot.
+    pub fn memory_mut(&mut self) -> &mut ImageMemory {
+        self.finder.image_mut().memory_mut()
+    }
+
+    /// Returns the coherent image: of the rows so far, and after the answer what is left without the echoes.
+    pub fn image(&self) -> &KeptImage {
+        self.finder.image()
+    }
+
+    /// Returns the echoes of the last scan, and its noise.
+    pub fn found(&self) -> &FoundEchoes {
+        self.finder.found()
     }
 
     /// Returns the map of the last scan.
@@ -278,11 +289,13 @@ fn chirp(samples: &[Iq; MAX_SAMPLES], config: &Config) -> usize {
 impl DataPath for Pipeline {
     fn begin(&mut self, config: &Config, scan: u32) -> Result<(), ConfigError> {
         let config = &self.ready(config, scan)?;
+        self.imaging = true;
         self.finder.begin(config)
     }
 
     fn begin_guard(&mut self, config: &Config, sweep: u32) -> Result<(), ConfigError> {
         let config = &self.ready(config, sweep)?;
+        self.imaging = false;
         self.finder.begin_guard(config)
     }
 
@@ -330,7 +343,10 @@ impl DataPath for Pipeline {
                 expected: "an instrument without failed health checks",
             });
         }
-        let (mirror, echoes) = (health.mirror_seen(config), self.finder.echoes(config));
+        let (mirror, echoes) = (
+            health.mirror_seen(config),
+            &self.finder.detect(config).echoes,
+        );
         calibrate(echoes, config, mirror, wall_m, &self.numbers).map_err(|refusal| ConfigError {
             field: "scene",
             expected: refusal.expected(),
@@ -341,8 +357,12 @@ impl DataPath for Pipeline {
         self.numbers
     }
 
+    fn expect_motion(&mut self) {
+        self.finder.image_mut().expect_motion();
+    }
+
     fn self_test(&mut self) -> bool {
-        known_answer(&mut self.range).unwrap_or(false)
+        self.finder.image().is_possible() && known_answer(&mut self.range).unwrap_or(false)
     }
 }
 

@@ -80,11 +80,11 @@ fn the_readme_s_report_is_parsed() {
     );
     let step = reported.next().unwrap_or_default();
     assert!(
-        step.starts_with("scan 1, step 1 of 3: distance 500.5 mm"),
+        step.starts_with("scan 1, step 1 of 3: distance 500.2 mm"),
         "{answer}"
     );
 
-    let damaged = lines.join("\n").replacen("780.0", "790.0", 1);
+    let damaged = lines.join("\n").replacen("780.1", "790.1", 1);
     let output = run("parse_report", &[], &damaged);
     let answer = text(&output.stdout);
     assert_eq!(output.status.code(), Some(1), "{answer}");

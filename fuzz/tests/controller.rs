@@ -279,11 +279,11 @@ fn the_example_says_what_may_be_done_on_the_readme_s_report() {
     let (text, content) = run(&example, &[], &(lines.join("\r\n") + "\r\n"));
     assert!(content, "{text}");
     assert!(
-        text.starts_with("scan 1: ok\n") && text.contains("\n  step 1: distance 500.5 mm"),
+        text.starts_with("scan 1: ok\n") && text.contains("\n  step 1: distance 500.2 mm"),
         "{text}"
     );
     assert!(
-        text.contains("go: the answer is ok; valid for 940.0 mm, level for 440.5 mm"),
+        text.contains("go: the answer is ok; valid for 1040.0 mm, level for 440.2 mm"),
         "{text}"
     );
     assert!(
@@ -291,7 +291,7 @@ fn the_example_says_what_may_be_done_on_the_readme_s_report() {
         "{text}"
     );
 
-    let damaged = lines.join("\n").replacen("780.0", "790.0", 1) + "\n";
+    let damaged = lines.join("\n").replacen("780.1", "790.1", 1) + "\n";
     let (text, content) = run(&example, &[], &damaged);
     assert!(!content && text.contains("a line is damaged"), "{text}");
     assert!(!text.contains("go:"), "{text}");

@@ -15,8 +15,8 @@ pub const STACK: u64 = STACK_SIZE - 2 * 1024;
 
 /// Maximum number of instructions of a 256-point FFT.
 pub const FFT256: u64 = 10_000;
-/// Maximum number of instructions from a chirp's samples to its row of the map: 0.15 ms at 168 MHz.
-pub const CHIRP: u64 = 25_000;
+/// Maximum number of instructions from a chirp's samples to its row of map and coherent image: 0.45 ms at 168 MHz.
+pub const CHIRP: u64 = 75_000;
 /// Maximum number of instructions from the samples of a real-valued chirp to its row of the map,
 /// without the health checks of the instrument: 0.19 ms.
 pub const CHIRP_REAL: u64 = 32_000;

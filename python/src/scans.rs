@@ -139,8 +139,7 @@ impl Scan {
         let map = scanned.pipeline.map();
         let mut onlooker = Onlooker::default();
         if scanned.config.estimator == EstimatorKind::Likelihood {
-            let number = scanned.answer.scan.scan;
-            inspect::repeat(map, scanned.config, number, &scanned.drive, &mut onlooker);
+            inspect::repeat(scanned, &mut onlooker);
         }
         Self {
             answer: scanned.answer.clone(),

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use serde_json::{Value, json};
 use stairscan::config::Config;
-use stairscan::signal::echoes::Echoes;
+use stairscan::signal::echoes::{Echoes, FoundEchoes};
 use stairscan::signal::grid::{Geometry, PolarMap};
 use stairscan::signal::image::KeptImage;
 use stairscan::signal::range::FULL_SCALE;
@@ -32,10 +32,10 @@ impl CoherentView {
         let mut image = scanned.image?.clone();
         let noise = image.finish()?;
         let (map, config) = (scanned.pipeline.map(), scanned.config);
-        let mut echoes = Echoes::new();
-        image.clone().detect(map, config, &mut echoes);
+        let mut found = FoundEchoes::NONE;
+        image.clone().detect(map, config, &mut found);
         Some(Box::new(Self {
-            echoes,
+            echoes: found.echoes,
             noise,
             image,
             geometry: *map.geometry(),
@@ -87,9 +87,7 @@ impl CoherentView {
                 e.angle_sigma_rad.to_degrees(),
             );
         }
-        text.push_str(
-            "  snr: power of one row's cell above the noise. The estimator does not use these echoes yet.\n",
-        );
+        text.push_str("  snr: power of one row's cell above the noise.\n");
         text
     }
 

@@ -5,20 +5,19 @@ use std::fmt::Write as _;
 
 use serde_json::{Value, json};
 use stairscan::answer::{Direction, DropEdge, PossibleStep};
-use stairscan::config::Config;
-use stairscan::estimator::{Estimator, MappedScan};
+use stairscan::estimator::Estimator;
 use stairscan::infer::Likelihood;
-use stairscan::motion::Drive;
 use stairscan::mount::GroundEvidence;
 use stairscan::observer::trace::{Candidate, Cell, Explanation, Role, Scatterer};
 use stairscan::observer::{Event, Observer};
 use stairscan::signal::echoes::{Echo, Lobes};
-use stairscan::signal::grid::{DB_PER_UNIT, PolarMap};
+use stairscan::signal::grid::DB_PER_UNIT;
 use stairscan::signal::range::FULL_SCALE;
 use stairscan::verdict::{Outcome, Status};
 
 use crate::answer::Answer;
 use crate::posterior;
+use crate::replay::Scanned;
 use crate::views::{
     ExplanationView, InspectView, Point, PosteriorView, ScattererView, Verdict, meaning,
 };
@@ -38,7 +37,7 @@ pub(crate) fn decimal(v: f64) -> f64 {
 /// Intermediate results of the likelihood estimator for one scan.
 #[derive(Clone, Debug)]
 pub struct Inspection {
-    /// Noise level, the median of the filtered map, dB relative to full scale.
+    /// Mean noise in one row's cell, dB relative to full scale.
     noise_db: f64,
     /// Angle bias, degrees, and error of the mounting height, metres, as measured on the ground;
     /// `None` if the ground is not visible.
@@ -153,46 +152,26 @@ impl Observer for TraceObserver {
     }
 }
 
-/// Repeats the estimation of a finished map, passing intermediate results to `observer`, and
+/// Repeats the estimation of a finished scan, passing intermediate results to `observer`, and
 /// returns its outcome.
-pub fn repeat(
-    map: &PolarMap,
-    config: &Config,
-    scan: u32,
-    drive: &Drive<'_>,
-    observer: &mut dyn Observer,
-) -> Outcome {
-    repeat_with(Likelihood::new(), map, config, scan, drive, observer)
+pub fn repeat(scanned: &Scanned<'_>, observer: &mut dyn Observer) -> Outcome {
+    repeat_with(Likelihood::new(), scanned, observer)
 }
 
 /// As [`repeat`], with an estimator that differs from the scanner's.
 pub fn repeat_with(
-    estimator: Likelihood,
-    map: &PolarMap,
-    config: &Config,
-    scan: u32,
-    drive: &Drive<'_>,
+    mut estimator: Likelihood,
+    scanned: &Scanned<'_>,
     observer: &mut dyn Observer,
 ) -> Outcome {
-    let mut estimator = Box::new(estimator);
-    estimator.begin(map);
-    for k in 0..map.rows() {
-        estimator.row(map, k);
-    }
-    let scan = MappedScan {
-        map,
-        config,
-        number: scan,
-        drive,
-    };
-    estimator.outcome(&scan, None, observer)
+    estimator.outcome(&scanned.mapped(), None, observer)
 }
 
 impl Inspection {
-    /// Repeats the estimation of a finished map and records its events.
-    pub fn of(map: &PolarMap, config: &Config, scan: u32, drive: &Drive<'_>) -> Self {
+    /// Repeats the estimation of a finished scan and records its events.
+    pub fn of(scanned: &Scanned<'_>) -> Self {
         let mut witness = TraceObserver {
-            mount_height_m: config.mount.mount_height_m().into(),
+            mount_height_m: scanned.config.mount.mount_height_m().into(),
             noise_db: 0.0,
             calibration: None,
             floor: None,
@@ -201,7 +180,7 @@ impl Inspection {
             way: Vec::new(),
             view: InspectView::default(),
         };
-        let outcome = repeat(map, config, scan, drive, &mut witness);
+        let outcome = repeat(scanned, &mut witness);
         let mut view = witness.view;
         view.explanations
             .sort_by(|a, b| b.score.total_cmp(&a.score));
@@ -253,7 +232,10 @@ impl Inspection {
                 1e3 * height
             );
         }
-        if let Some(GroundEvidence { configured, other }) = self.floor {
+        if let Some(GroundEvidence {
+            configured, other, ..
+        }) = self.floor
+        {
             let _ = write!(
                 text,
                 "; support by echoes for a floor in its place {configured:.1}, elsewhere {other:.1}"
@@ -516,9 +498,7 @@ mod tests {
         let mut seen = None;
         replay::answers(&recording, &options, |scanned| {
             let answer = scanned.answer;
-            let map = scanned.pipeline.map();
-            let (config, drive) = (scanned.config, &scanned.drive);
-            let inspection = Inspection::of(map, config, answer.scan.scan, drive);
+            let inspection = Inspection::of(scanned);
             seen = Some((inspection, answer.clone()));
         })
         .unwrap();

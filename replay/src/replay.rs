@@ -8,6 +8,7 @@ use std::rc::Rc;
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use stairscan::Iq;
 use stairscan::config::{Config, ConfigError};
+use stairscan::estimator::MappedScan;
 use stairscan::motion::{Drive, Mode, Odometry, Track};
 use stairscan::mount::Mounting;
 use stairscan::params::Numbers;
@@ -52,7 +53,7 @@ pub struct Options {
     pub by_trigger: bool,
     /// Tuned numbers of the scanner's stages.
     pub numbers: Numbers,
-    /// Whether the coherent image is made, too.
+    /// Whether the coherent image is kept, too.
     pub coherent: bool,
 }
 
@@ -90,7 +91,7 @@ pub struct Scanned<'a> {
     pub config: &'a Config,
     /// Polar map and estimator after this scan.
     pub pipeline: &'a Pipeline,
-    /// Coherent image of this scan, before its points were found; `None` unless the options want it.
+    /// Coherent image of this scan, before its echoes were found; `None` unless the options want it.
     pub image: Option<&'a KeptImage>,
     /// Motion of the chair during this scan, as the estimator used it.
     pub drive: Drive<'a>,
@@ -99,6 +100,17 @@ pub struct Scanned<'a> {
 }
 
 impl Scanned<'_> {
+    /// Returns the scan as the estimator gets it.
+    pub fn mapped(&self) -> MappedScan<'_> {
+        MappedScan {
+            map: self.pipeline.map(),
+            found: self.pipeline.found(),
+            config: self.config,
+            number: self.answer.scan.scan,
+            drive: &self.drive,
+        }
+    }
+
     /// Returns this scan as a recording of its own.
     pub fn recording(&self) -> Recording {
         self.recording.scan(self.scan)
@@ -180,11 +192,7 @@ impl DataPathWithMotion {
 
 impl DataPath for DataPathWithMotion {
     fn begin(&mut self, config: &Config, scan: u32) -> std::result::Result<(), ConfigError> {
-        self.pipeline.begin(config, scan)?;
-        if let Some(image) = &mut self.image {
-            image.begin(self.pipeline.map());
-        }
-        Ok(())
+        self.pipeline.begin(config, scan)
     }
 
     fn begin_guard(&mut self, config: &Config, sweep: u32) -> std::result::Result<(), ConfigError> {
@@ -197,13 +205,6 @@ impl DataPath for DataPathWithMotion {
 
     fn row(&mut self, row: u16) {
         self.pipeline.row(row);
-        let Some(image) = &mut self.image else {
-            return;
-        };
-        let angle_rad = self.pipeline.map().angle_rad(row.into());
-        if let Some(mut coherent) = self.pipeline.coherent() {
-            image.add(angle_rad, &mut coherent);
-        }
     }
 
     fn lost(&mut self, row: u16) {
@@ -217,6 +218,9 @@ impl DataPath for DataPathWithMotion {
             stood: self.pipeline.stood(drive),
             ..*drive
         };
+        if let Some(image) = &mut self.image {
+            (**image).clone_from(self.pipeline.image());
+        }
         self.pipeline.conclude(drive, conditions)
     }
 
@@ -226,6 +230,10 @@ impl DataPath for DataPathWithMotion {
 
     fn calibrate(&mut self, wall_m: f32) -> std::result::Result<Mounting, ConfigError> {
         self.pipeline.calibrate(wall_m)
+    }
+
+    fn expect_motion(&mut self) {
+        self.pipeline.expect_motion();
     }
 
     fn numbers(&self) -> Numbers {

@@ -6,8 +6,8 @@
 
 use stairscan::scanner::SecondMemory;
 
-/// Number of 32-bit words of a second memory: 64 KB.
-pub const WORDS: usize = 16 * 1024;
+/// Number of 32-bit words of a second memory: 64 KB, those of an image.
+pub use stairscan::signal::image::WORDS;
 
 /// Addresses at which chips of the family have a second memory, in the order of the search.
 const PLACES: [(SecondMemory, u32); 2] = [

@@ -272,7 +272,8 @@ impl Health {
         self.standing.stood()
     }
 
-    /// Returns the scan's noise, map units: the median of the counted cells, of which echoes fill few.
+    /// Returns the scan's noise, map units: the median of the counted cells, of which echoes fill few; at least 1, for a
+    /// receiver whose noise lies below the map's lowest level.
     pub fn noise(&self) -> u8 {
         let all: u32 = self.cells.iter().map(|&n| u32::from(n)).sum();
         let mut below = 0;
@@ -280,7 +281,7 @@ impl Health {
             below += u32::from(n);
             2 * below > all
         });
-        median.unwrap_or(0) as u8
+        median.unwrap_or(0).max(1) as u8
     }
 
     /// Returns whether any detection of `map` exceeds the scan's noise by `ECHO_ABOVE_NOISE`.
@@ -304,9 +305,6 @@ impl Health {
             return Some(Reason::MirrorFrozen);
         }
         let noise = u32::from(self.noise());
-        if noise == 0 {
-            return Some(Reason::NoNoise);
-        }
         if mirror && most(self.levels.image_stronger) {
             return Some(Reason::IqSwapped);
         }
@@ -383,7 +381,8 @@ impl Health {
         if config.mount.mirror_offset > 0 && !expected.moving {
             self.standing.report_checks(each);
         }
-        turning::lines(map, config, p, self.noise(), each);
+        let mirror = (self.mirror / self.rows.max(1)) as i32;
+        turning::lines(map, config, p, [self.noise().into(), mirror], each);
     }
 
     /// Returns the reasons of the failed checks, which prevent `ok`; empty if the instrument works. `config` is the
@@ -567,7 +566,7 @@ mod tests {
         );
         assert_eq!(with(|r, k| r.1.saturated = u16::from(k < 1)), None);
         assert_eq!(with(|r, _| r.0.i = 7), Some(Reason::MirrorFrozen));
-        assert_eq!(with(|r, _| r.2 = 0), Some(Reason::NoNoise));
+        assert_eq!(with(|r, _| r.2 = 0), None);
         assert_eq!(
             with(|r, _| r.1.mirror_echo = 103),
             Some(Reason::MirrorMissing)

@@ -10,6 +10,7 @@
 
 use super::check::{CheckResult, units};
 use crate::config::Config;
+use crate::params::image::SKIRT_DB;
 use crate::params::{Numbers, Params};
 use crate::signal::grid::{Geometry, PolarMap};
 use crate::verdict::Reason;
@@ -230,13 +231,14 @@ impl Turning {
 
 /// Searches lines: bins with the same level in nearly all rows. Calls `each` with the largest share of rows, per cent,
 /// at the level of one bin: one check for ranges below `blocked_m` (blocked view), one for those beyond (interference).
-/// `noise` is the map's median cell, map units.
+/// `noise` is the map's median cell, and `mirror` the mean level of the mirror's own echo, map units: its skirt over the
+/// range is a line, too.
 #[inline(never)]
 pub fn lines(
     map: &PolarMap,
     config: &Config,
     p: &Params,
-    noise: u8,
+    [noise, mirror]: [i32; 2],
     each: &mut dyn FnMut(CheckResult),
 ) {
     let (geometry, radar) = (map.geometry(), &config.radar);
@@ -249,7 +251,7 @@ pub fn lines(
         let sum: usize = rows(every).map(|k| usize::from(map.cell(k, bin))).sum();
         (sum / rows(every).count().max(1)) as i32
     };
-    let least = i32::from(noise) + units(p.line_db);
+    let least = (noise + units(p.line_db)).max(mirror - units(SKIRT_DB));
     let count = rows(LINE_ROWS).count().max(1);
     let mut most = [0, 0];
     for bin in 0..map.bins() {

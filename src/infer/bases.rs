@@ -47,6 +47,8 @@ impl core::fmt::Debug for Posterior {
     }
 }
 
+/// Minimum height above the ground of an echo that may be a wall's flash, metres.
+const OFF_FLOOR_M: f32 = 0.05;
 /// Maximum number of refined flights, set by the computing time.
 const MAX_REFINED: usize = 6;
 /// Maximum number of rounds. Each round's answer is measured, and it and its variants join the particles. The first
@@ -283,7 +285,9 @@ impl Posterior {
 /// Returns "no wall" (infinity) and the distances, metres, of the strongest echoes beyond `from_m` that may be a
 /// wall.
 pub(super) fn walls(model: &Model<'_>, from_m: f32) -> Vec<f32, { WALLS + 1 }> {
-    let echoes = model.echoes.iter().map(|e| WallEcho {
+    // Strong echoes of the floor would take the places of walls, which flash.
+    let off_floor = model.echoes.iter().filter(|e| e.y_m > OFF_FLOOR_M);
+    let echoes = off_floor.map(|e| WallEcho {
         x_m: e.x_m,
         snr_db: e.snr_db,
     });

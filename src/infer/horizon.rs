@@ -28,9 +28,6 @@ use crate::past::CarriedOdds;
 use crate::signal::grid::Geometry;
 use crate::verdict::{MIN_HORIZON_M, Validity};
 
-/// Minimum distance between a horizon and the place from which a step counts (3 cm before it), metres. It is the
-/// largest error of a correct distance.
-const AMBIGUOUS_M: f32 = MIN_EXPANDED_M;
 /// Minimum probability of being correct at which an answer is valid beyond the first metre. It leaves half of the
 /// risk that the contract allows.
 const RIGHT_UP_TO_HORIZON: f32 = 0.995;
@@ -540,7 +537,7 @@ impl<'a> HorizonAccumulator<'a> {
     }
 
     /// Returns the horizon, metres. It ends before the first step that is too uncertain to count as measured, and not
-    /// so near any other step that millimetres would decide whether that step counts.
+    /// so near any other step that a permitted error would decide whether that step counts.
     pub fn horizon_m(&self, p: &Params) -> f32 {
         // If all cells before the drop are valid, the horizon is the drop's nearest possible place: the drop's own
         // standard deviation covers the errors in the cell that holds it.
@@ -557,9 +554,15 @@ impl<'a> HorizonAccumulator<'a> {
     }
 }
 
-/// Whether an error of millimetres decides if a step lies within a horizon, metres.
+/// Returns the largest error of a step's distance that is still correct, metres.
+fn permitted_m(step: &Step) -> f32 {
+    math::min(expanded(step.distance_sigma_m), MAX_EXPANDED_M)
+}
+
+/// Whether an error that the answer permits decides if a step lies within a horizon, metres. A step counts from 3 cm before
+/// it on.
 fn ambiguous(horizon_m: f32, step: &Step) -> bool {
-    (horizon_m - (step.distance_m - MIN_EXPANDED_M)).abs() < AMBIGUOUS_M
+    (horizon_m - (step.distance_m - MIN_EXPANDED_M)).abs() < permitted_m(step)
 }
 
 /// Returns a horizon, metres, that ends before the first step whose expanded uncertainty is too large for a measured
@@ -573,13 +576,13 @@ fn measured_to(horizon_m: f32, steps: &[Step]) -> f32 {
     })
 }
 
-/// Returns a horizon, metres, moved nearer where it would end so close to a step that an error of millimetres decides
-/// whether the step lies within it.
+/// Returns a horizon, metres, moved nearer where it would end so close to a step that an error within its uncertainty
+/// decides whether the step lies within it.
 fn clear_of(horizon_m: f32, steps: &[Step]) -> f32 {
     let mut clear_m = horizon_m;
     for step in steps.iter().rev() {
         if ambiguous(clear_m, step) {
-            clear_m = step.distance_m - MIN_EXPANDED_M - AMBIGUOUS_M;
+            clear_m = step.distance_m - MIN_EXPANDED_M - permitted_m(step);
         }
     }
     math::max(clear_m, 0.0)

@@ -13,7 +13,7 @@ use crate::model::{Edge, MAX_STEPS, ReportedDrop, ReportedStep, SAME_M, Staircas
 use crate::observer::trace::{Candidate, ChainLink, Explanation};
 use crate::observer::{Event, Observer};
 use crate::params::posterior::SHORTEST_LANDING_M;
-use crate::params::posterior::{MIN_POSSIBLE_PROBABILITY, VARIED_WITHIN_NATS};
+use crate::params::posterior::{MIN_POSSIBLE_PROBABILITY, OTHER_MARGIN_NATS, VARIED_WITHIN_NATS};
 use crate::past::{History, Weighed};
 use crate::sort::shell_sort;
 use heapless::Vec;
@@ -254,6 +254,15 @@ impl Posterior {
         let top = weights.fold(f32::NEG_INFINITY, math::max);
         for base in hypotheses.iter() {
             cloud.add(&base.staircase, base.log_weight, &base.sigmas, reported);
+            let likely = base.log_weight > top - OTHER_MARGIN_NATS;
+            if likely && base.staircase.kind.direction() == Direction::Up {
+                let mut variants = Variants {
+                    model,
+                    reported,
+                    cloud,
+                };
+                variants.regular(base);
+            }
         }
         let mut varied: Vec<&Hypothesis, MAX_VARIED> = Vec::new();
         while !varied.is_full() && model.view.plane == Plane::Depth {

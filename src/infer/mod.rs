@@ -59,7 +59,7 @@ mod variants;
 mod tests;
 
 use crate::answer::Answer;
-use crate::config::{Config, Plane};
+use crate::config::Plane;
 use crate::estimator::{Estimator, MappedScan};
 use crate::model::chart::Chart;
 pub use crate::model::cloud::{Cloud, ReportedAnswer};
@@ -67,7 +67,7 @@ use crate::model::lines::DEPTHS_M;
 use crate::model::surfaces::Recursions;
 use crate::model::treads::Descending;
 use crate::model::{Surfaces, View};
-use crate::motion::{Agreement, Drive, MotionCompensation, Retention, SweepComparison};
+use crate::motion::{Agreement, MotionCompensation, Retention, SweepComparison};
 use crate::mount::{GroundEvidence, online};
 use crate::observer::trace::Stage;
 use crate::observer::{Event, Observer};
@@ -75,8 +75,7 @@ use crate::params::generative::Generative;
 use crate::params::measured;
 use crate::params::{Numbers, Params};
 use crate::past::{History, NewScan};
-use crate::signal::echoes::{Collector, Echo, Echoes, Lobes};
-use crate::signal::grid::PolarMap;
+use crate::signal::echoes::{Echoes, Lobes};
 use crate::verdict::{Assessment, Reason};
 use ascent::Ascent;
 use bases::Posterior;
@@ -105,7 +104,7 @@ pub struct Likelihood {
     reason = "the phases follow each other in the same memory"
 )]
 enum Phase {
-    Rows(Collector),
+    Idle,
     Ground(Recursions),
     Up(Beam),
     Down(Descending),
@@ -126,7 +125,7 @@ impl Likelihood {
     /// Returns an estimator with these tuned numbers, before the first scan.
     pub fn with(numbers: Numbers) -> Self {
         Self {
-            phase: Phase::Rows(Collector::new()),
+            phase: Phase::Idle,
             echoes: Echoes::new(),
             sweeps: SweepComparison::new(),
             params: numbers.get(),
@@ -140,35 +139,9 @@ impl Likelihood {
         self.posterior.measure(measured);
         self
     }
-
-    /// Detects and returns the echoes of a finished scan of a standing chair, the strongest first. It is called in
-    /// place of [`Estimator::conclude`], and returns none after that.
-    pub fn echoes(&mut self, map: &PolarMap, config: &Config) -> &[Echo] {
-        self.echoes.clear();
-        if let Phase::Rows(collector) = &mut self.phase {
-            let echoes = &mut self.echoes;
-            collector.finish(map, config, self.params, &Drive::STANDING, echoes);
-        }
-        &self.echoes
-    }
 }
 
 impl Estimator for Likelihood {
-    fn begin(&mut self, map: &PolarMap) {
-        if !matches!(self.phase, Phase::Rows(_)) {
-            self.phase = Phase::Rows(Collector::new());
-        }
-        if let Phase::Rows(collector) = &mut self.phase {
-            collector.begin(map);
-        }
-    }
-
-    fn row(&mut self, map: &PolarMap, k: usize) {
-        if let Phase::Rows(collector) = &mut self.phase {
-            collector.row(map, k);
-        }
-    }
-
     fn conclude(
         &mut self,
         scan: &MappedScan<'_>,
@@ -176,7 +149,7 @@ impl Estimator for Likelihood {
         observer: &mut dyn Observer,
         answer: &mut Answer,
     ) -> Option<Assessment> {
-        let instrument = self.detect(scan, past.as_deref_mut(), observer)?;
+        let instrument = self.detect(scan, past.as_deref_mut(), observer);
         let quality = match scan.map.geometry().plane {
             Plane::Depth => {
                 let carried = scan.drive.memory != Retention::Off;
@@ -193,7 +166,7 @@ impl Estimator for Likelihood {
 
 /// Evidence of a scan's echoes about the instrument and the chair.
 struct InstrumentEvidence {
-    /// Power of the noise, median of the filtered map, map units.
+    /// Mean power of the noise in one row's cell, map units.
     noise: f32,
     /// Agreement of the scan with the sweep before and with the motion input.
     agreement: Agreement,
@@ -205,23 +178,24 @@ struct InstrumentEvidence {
 
 /// The stages after the last row, in their order.
 impl Likelihood {
-    /// Detects the echoes of the scan, moves the evidence of earlier scans to the chair's present place, and returns
-    /// what the echoes show of the instrument; `None` if there were no rows.
+    /// Takes the echoes of the scan, moves the evidence of earlier scans to the chair's present place, and returns
+    /// what the echoes show of the instrument.
     fn detect(
         &mut self,
         scan: &MappedScan<'_>,
         past: Option<&mut History>,
         observer: &mut dyn Observer,
-    ) -> Option<InstrumentEvidence> {
-        let Phase::Rows(collector) = &mut self.phase else {
-            return None;
-        };
+    ) -> InstrumentEvidence {
         let MappedScan {
-            map, config, drive, ..
+            map,
+            found,
+            config,
+            drive,
+            ..
         } = *scan;
-        let p = self.params;
+        let (p, noise) = (self.params, found.noise);
         let echoes = &mut self.echoes;
-        let noise = collector.finish(map, config, p, drive, echoes);
+        echoes.clone_from(&found.echoes);
         let agreement = self.sweeps.compare(map, config, drive, echoes);
         let moved_m = agreement.moved_m(drive);
         let moved_during_scan_m = drive.known().map_or(0.0, |track| track.end().travel_m);
@@ -249,12 +223,12 @@ impl Likelihood {
         if let Some(lobes) = lobes {
             observer.event(Event::Lobes(lobes));
         }
-        Some(InstrumentEvidence {
+        InstrumentEvidence {
             noise,
             agreement,
             floor,
             lobes,
-        })
+        }
     }
 
     /// Calibrates on the ground, weights the ground's line, and finds the likeliest stairs or ground going up. Writes the
@@ -269,7 +243,8 @@ impl Likelihood {
     ) -> Option<AnswerQuality> {
         let p = self.params;
         let geometry = scan.map.geometry();
-        let found = online::calibrate(&mut self.echoes, geometry, p);
+        let level_to_m = instrument.floor.unwrap_or_default().level_to_m;
+        let found = online::calibrate(&mut self.echoes, level_to_m, geometry, p);
         observer.event(Event::Calibration(found));
         self.posterior.set_echoes(&self.echoes, scan.map);
         let chart = Chart {

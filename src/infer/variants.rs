@@ -142,6 +142,29 @@ impl Variants<'_> {
         }
     }
 
+    /// Adds variants of a flight with one riser where the goings of the others put it: a stray echo beside a riser may
+    /// have taken its place.
+    #[inline(never)]
+    pub fn regular(&mut self, base: &Hypothesis) {
+        let s = &base.staircase;
+        for k in 0..s.len().min(IRREGULAR_RISERS) {
+            let Some(x_m) = s.regular_x(k) else {
+                continue;
+            };
+            let moved = (x_m - s.x(k)).abs() > SPOTS_APART_M;
+            if !moved || x_m < posterior::FLOOR_FROM_TO_M.low {
+                continue;
+            }
+            let mut new = *s;
+            if let Some(place) = new.x_m.get_mut(k) {
+                *place = x_m;
+            }
+            let weight = prior(&new) - prior(s) + self.log_likelihood_of_risers(&new, k, k + 2)
+                - base.log_likelihood_of_risers(k, k + 2);
+            self.add_variant(&new, base.log_weight + weight, &base.sigmas);
+        }
+    }
+
     #[inline(never)]
     fn add_variant(&mut self, s: &Staircase, log_weight: f32, sigmas: &Sigmas) {
         self.cloud.add(s, log_weight, sigmas, self.reported);

@@ -1,16 +1,14 @@
 //! The polar map with the calibration and motion that relate its cells to places of the scene.
 
 use crate::motion::MotionCompensation;
-use crate::signal::echoes::two_way_sigma;
-use crate::signal::grid::PolarMap;
+use crate::signal::grid::{PolarMap, two_way_sigma};
 
 /// The polar map with its calibration and the chair's motion.
 #[derive(Clone, Copy, Debug)]
 pub struct Chart<'m> {
     /// Polar map.
     pub map: &'m PolarMap,
-    /// Power of the noise, map units (levels of 1/8 octave of power, 0.376 dB): median of the filtered map of a scan,
-    /// mean of a guard sweep.
+    /// Power of the noise, map units (levels of 1/8 octave of power, 0.376 dB): mean in one row's cell.
     pub noise: f32,
     /// Error of the shaft's angle, to be subtracted from the angles of the map's rows, radians.
     pub bias_rad: f32,

@@ -19,20 +19,18 @@ use super::sight::sight_m;
 use super::staircase::{Staircase, View};
 use super::surfaces::Surfaces;
 use crate::math;
+use crate::params::Numbers;
 use crate::params::generative::{EXTENDED, Extended, Generative, POINTS, Point};
+pub use crate::params::image::LEAST_DB as MIN_DB;
 use crate::params::posterior::{
     self, BEHIND_RISER_M, CLEAN_WIDTH, CROSS_GATE_M, FACE_REACH, MAX_P_DETECTED, MIN_P_DETECTED,
     NEAREST_ECHO_M, NOISE_EXTENT, RANGE_GATE_M, SECTOR_AREA_M2,
 };
-use crate::params::{Numbers, Params};
 use crate::signal::echoes::Echo;
 use crate::signal::grid::Geometry;
 use crate::sort::shell_sort;
 use heapless::Vec;
 
-/// Detection threshold of echoes, dB over the noise: `echo_margin_db` of the released numbers, with which the model's
-/// parameters were counted.
-pub const MIN_DB: f32 = Params::DEFAULT.echo_margin_db;
 /// Maximum number of echoes in the model, the strongest: those of a staircase's features, and as many others.
 pub const MAX_MODEL_ECHOES: usize = 32;
 /// Maximum number of echoes near one riser that are assigned to its point features.

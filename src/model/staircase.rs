@@ -279,6 +279,28 @@ impl Staircase {
         (spans > 0.0).then(|| sum / spans)
     }
 
+    /// Returns the distance at which the goings beside those to riser `k` put it, metres; none without such goings, or
+    /// beside a landing.
+    pub fn regular_x(&self, k: usize) -> Option<f32> {
+        let n = self.len();
+        let going = |i: usize| self.x(i) - self.x(i - 1);
+        let regular = |i: &usize| going(*i) < posterior::GOINGS_M.high;
+        let others = (1..n).filter(regular).filter(|&i| i != k && i != k + 1);
+        let count = others.clone().count();
+        if count == 0 {
+            return None;
+        }
+        let mean = others.map(going).sum::<f32>() / count as f32;
+        match (k.checked_sub(1), k + 1 < n) {
+            (Some(before), true) => {
+                let span = self.x(k + 1) - self.x(before);
+                ((span - 2.0 * mean).abs() < mean / 2.0).then(|| self.x(before) + span / 2.0)
+            }
+            (Some(before), false) => Some(self.x(before) + mean),
+            (None, _) => Some(self.x(1) - mean),
+        }
+    }
+
     /// Returns the mean riser height, metres; negative going down, 0 without risers.
     pub fn rise(&self) -> f32 {
         self.level(self.len()) / self.len().max(1) as f32

@@ -158,6 +158,14 @@ impl Odometry {
         }
     }
 
+    /// Returns whether the chair may move: by the last two motion sentences, however old they are, or because there are
+    /// none and `mode` does not say that it stands.
+    pub fn may_move(&self, mode: Mode) -> bool {
+        let travelled =
+            |(before, last): (Arrived, Arrived)| before.reading.travel != last.reading.travel;
+        mode != Mode::Standing && self.before.zip(self.last).is_none_or(travelled)
+    }
+
     /// Sets the age above which a motion sentence is stale, microseconds.
     pub fn set_max_age(&mut self, oldest_us: u32) {
         self.max_age_us = oldest_us;

@@ -2,10 +2,9 @@
 
 use super::*;
 use crate::config::Config;
-use crate::signal::echoes::{Echo, Echoes, ScattererMotion, tests};
+use crate::signal::echoes::{Echo, Echoes, tests};
 use crate::signal::grid::PolarMap;
 use crate::verdict::{Assessment, Evidence, Outcome, Reason, Status, Validity};
-use std::vec::Vec;
 
 const ROW_S: f32 = 0.0046;
 const ROWS: u16 = 281;
@@ -253,29 +252,6 @@ fn a_chair_known_to_stand_is_not_compared() {
     let mut sweeps = SweepComparison::new();
     let agreement = sweeps.compare(&map, &config, &Drive::STANDING, &mut echoes);
     assert_eq!((agreement, echoes), (Agreement::STANDING, seen));
-}
-
-#[test]
-fn fixed_point_moves_by_the_tracks_travel() {
-    let config = Config::default();
-    let map = tests::map(&config, |_, _| 80);
-    let (track, _) = driving(0.2).sweep(&map, &config, 0);
-    let drive = drive(&track, Input::Good, None, 0);
-    let ride = MotionCompensation::of(&drive, &config.radar).unwrap();
-    let geometry = map.geometry();
-    let walks: Vec<ScattererMotion> = [60, 180]
-        .map(|row| ride.scatterer_motion(&map, row, 1.0))
-        .into();
-    for (row, walk) in [60, 180].into_iter().zip(walks) {
-        let (x, y) = geometry.point(1.0, map.angle_rad(row));
-        let (range, angle) = geometry.polar(x - 0.2 * ROW_S, y);
-        assert!((walk.bins - (range - 1.0) / geometry.bin_m).abs() < 1e-3);
-        let turned = (angle - map.angle_rad(row)) / geometry.step_rad;
-        assert!(
-            (walk.steps - (1.0 - turned)).abs() < 1e-3,
-            "{walk:?} {turned}"
-        );
-    }
 }
 
 #[test]

@@ -13,6 +13,14 @@ const REACH: f32 = 4.0;
 /// Maximum number of tested ground heights to each side of the configured one.
 const MAX_HEIGHT_STEPS: usize = 24;
 
+/// Distances from the mirror at which the ground may begin to slope, metres: from where its nearest echoes show whether it
+/// is level before.
+const BENDS_FROM_M: [f32; 5] = [0.4, 0.6, 0.8, 1.0, 1.2];
+/// Slopes of ground that a chair may drive, up or down: up to 12 % (ramps of ISO 21542 have 5 to 8 %).
+const SLOPES: [f32; 6] = [0.02, 0.04, 0.06, 0.08, 0.1, 0.12];
+/// Evidence by which a bend must exceed ground without one: half an echo 18 dB above the noise.
+const MIN_BEND: f32 = 0.5;
+
 /// Returns the variance of a ground echo's height at `range_m` metres from the mirror, square metres. Corners,
 /// which are strong and narrow, have a smaller variance in angle and height than speckle.
 pub fn floor_variance(e: &Echo, range_m: f32, p: &Params) -> f32 {
@@ -52,6 +60,13 @@ impl GroundEcho {
         }
     }
 
+    /// Returns the echo's weight for a ground that lies `ground_m` metres above the configured one where the echo is.
+    fn agrees(&self, ground_m: f32) -> f32 {
+        let off = self.y_m - ground_m;
+        let base = math::max(0.0, 1.0 - off * off * self.half_precision / REACH);
+        self.weight * (base * base) * (base * base)
+    }
+
     /// Adds the echo's weight to `supports`. Entry k is for a ground that falls forward by `slope` (radians) and that
     /// lies, straight below the mirror, `lowest_m` + k · `step_m` metres above the configured ground.
     fn support(&self, slope: f32, lowest_m: f32, step_m: f32, supports: &mut [f32]) {
@@ -60,21 +75,32 @@ impl GroundEcho {
         // The cast saturates: negative values become 0.
         let end = (math::floor((above_m + self.reach_m) / step_m) + 1.0) as usize;
         for (k, support) in supports.iter_mut().enumerate().take(end).skip(first) {
-            let off = above_m - k as f32 * step_m;
-            let base = math::max(0.0, 1.0 - off * off * self.half_precision / REACH);
-            *support += self.weight * (base * base) * (base * base);
+            *support += self.agrees(self.y_m - above_m + k as f32 * step_m);
         }
     }
 }
 
 /// Evidence for the ground at and away from its configured place, each a sum of echoes' weights.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GroundEvidence {
     /// Maximum of the evidence (sum of echoes' weights) over grounds whose height and slope are within the tolerance of
     /// the configured ones.
     pub configured: f32,
     /// Maximum of the evidence (sum of echoes' weights) over all other tested grounds: at another height, or inclined.
     pub other: f32,
+    /// Distance from the mirror up to which the ground is as configured, metres; from there on it slopes. Infinite where
+    /// no slope has more evidence.
+    pub level_to_m: f32,
+}
+
+impl Default for GroundEvidence {
+    fn default() -> Self {
+        Self {
+            configured: 0.0,
+            other: 0.0,
+            level_to_m: f32::INFINITY,
+        }
+    }
 }
 
 impl GroundEvidence {
@@ -127,7 +153,24 @@ impl GroundEvidence {
                 *best = math::max(*best, support);
             }
         }
+        found.bend(&witnesses);
         found
+    }
+
+    /// Counts grounds as configured, too, that are level at the configured height and slope from some distance on. A
+    /// mounting that is tilted shows no level ground before the slope.
+    #[inline(never)]
+    fn bend(&mut self, witnesses: &[GroundEcho]) {
+        for from_m in BENDS_FROM_M {
+            for slope in SLOPES.into_iter().flat_map(|slope| [slope, -slope]) {
+                let height_m = |x_m: f32| slope * math::max(x_m - from_m, 0.0);
+                let agree = witnesses.iter().map(|w| w.agrees(height_m(w.x_m)));
+                let support: f32 = agree.sum();
+                if support > self.configured + MIN_BEND {
+                    (self.configured, self.level_to_m) = (support - MIN_BEND, from_m);
+                }
+            }
+        }
     }
 }
 
@@ -139,7 +182,11 @@ mod tests {
 
     #[test]
     fn a_floor_that_is_only_seen_elsewhere_is_out_of_place() {
-        let floor = |configured, other| GroundEvidence { configured, other };
+        let floor = |configured, other| GroundEvidence {
+            configured,
+            other,
+            ..GroundEvidence::default()
+        };
         for fits in [(0.0, 0.0), (0.0, 0.4), (0.3, 1.0), (1.5, 1.5), (3.0, 4.3)] {
             assert!(floor(fits.0, fits.1).in_place(P), "{fits:?}");
         }

@@ -29,8 +29,14 @@ impl Calibration {
 
 /// Estimates angle bias and height error by least squares over the echoes that can only be ground, subtracts them from
 /// `echoes`, and returns them. The measured height of a ground echo is modelled as -(range · cos angle) · bias + height
-/// error, with priors on both errors; echoes off the ground lose weight (Cauchy).
-pub fn calibrate(echoes: &mut [Echo], geometry: &Geometry, p: &Params) -> Calibration {
+/// error, with priors on both errors; echoes off the ground lose weight (Cauchy). Beyond `level_to_m`, metres, the ground
+/// slopes.
+pub fn calibrate(
+    echoes: &mut [Echo],
+    level_to_m: f32,
+    geometry: &Geometry,
+    p: &Params,
+) -> Calibration {
     let precision = |sigma: f32| 1.0 / (sigma * sigma);
     let prior = [
         precision(p.angle_bias_sigma_rad),
@@ -42,6 +48,7 @@ pub fn calibrate(echoes: &mut [Echo], geometry: &Geometry, p: &Params) -> Calibr
         e.y_m.abs() < p.floor_reach_m
             && e.snr_db > p.floor_least_db
             && e.range_m > geometry.mount_height_m
+            && e.x_m < level_to_m
     };
     for e in echoes.iter().filter(is_floor) {
         let lever = e.range_m * math::sin_cos(e.angle_rad).1;

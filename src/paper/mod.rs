@@ -348,6 +348,7 @@ mod tests {
     use super::*;
     use crate::answer::Direction;
     use crate::config::Planes;
+    use crate::signal::echoes::FoundEchoes;
     use crate::verdict::{Reason, Reasons, Status};
     use proptest::prelude::*;
 
@@ -404,7 +405,7 @@ mod tests {
         for seed in 0..20 {
             let config = Config { seed, ..config };
             let (map, mut paper) = staircase(&config, &steps);
-            let outcome = paper.finish(&map, &config, 1, &mut ());
+            let outcome = paper.finish(&map, &FoundEchoes::NONE, &config, 1, &mut ());
             assert_eq!(outcome.answer.direction, Direction::Up);
             for (step, &(distance, _, top)) in outcome.answer.steps.iter().zip(&steps) {
                 errors.push((
@@ -458,7 +459,7 @@ mod tests {
             (40, cells.is_multiple_of(2500))
         });
         assert!(paper.levels.hits() > 20);
-        let outcome = paper.finish(&map, &config, 1, &mut ());
+        let outcome = paper.finish(&map, &FoundEchoes::NONE, &config, 1, &mut ());
         assert_eq!(outcome.reasons(), Reasons::NONE.with(Reason::NoEcho));
         assert!(outcome.status() == Status::Fault && outcome.answer == Answer::NONE);
     }
@@ -485,7 +486,7 @@ mod tests {
         let config = Config::default();
         let (map, mut paper) = staircase(&config, &[(0.6, 0.0, 0.17), (0.9, 0.17, 0.34)]);
         let mut record = Record(vec![]);
-        paper.finish(&map, &config, 1, &mut record);
+        paper.finish(&map, &FoundEchoes::NONE, &config, 1, &mut record);
         let stages: std::vec::Vec<CloudStage> = record.0.iter().map(|s| s.0).collect();
         use CloudStage::{Clustered, Drawn, Rejected, Resampled};
         assert_eq!(stages, [Drawn, Resampled, Resampled, Clustered, Rejected]);
@@ -532,7 +533,7 @@ mod tests {
                 let level = particles::uniform(&mut rng, u32::from(top)) as u8;
                 (level, particles::uniform(&mut rng, 100) < density)
             });
-            let outcome = paper.finish(&map, &config, 7, &mut ());
+            let outcome = paper.finish(&map, &FoundEchoes::NONE, &config, 7, &mut ());
             prop_assert!(outcome.status() != Status::Ok);
             let no_promise = Reasons::NONE.with(Reason::NoPromise);
             prop_assert!(outcome.status() == Status::Fault || outcome.reasons() == no_promise);
@@ -547,7 +548,7 @@ mod tests {
                 prop_assert!(step.tread_m.is_none_or(f32::is_finite));
                 prop_assert!(step.riser_m.is_none_or(f32::is_finite));
             }
-            prop_assert_eq!(paper.finish(&map, &config, 7, &mut ()), outcome);
+            prop_assert_eq!(paper.finish(&map, &FoundEchoes::NONE, &config, 7, &mut ()), outcome);
         }
     }
 }

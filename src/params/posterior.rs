@@ -275,7 +275,7 @@ pub const FLOOR_WAY_M: f32 = 2.5;
 /// Minimum range of an echo, metres: nearer, the mirror's own echo covers everything.
 pub const NEAREST_ECHO_M: f32 = 0.12;
 /// Width of an undisturbed echo's lobe over the angle, in units of a point scatterer's.
-pub const CLEAN_WIDTH: f32 = 1.03;
+pub const CLEAN_WIDTH: f32 = 1.0;
 /// Area of the scanned sector, m², over which echoes in the air and inside the solid are evenly distributed.
 pub const SECTOR_AREA_M2: f32 = 4.4;
 /// Extent of the scan, over which noise echoes are evenly distributed: range in metres times angle in radians.

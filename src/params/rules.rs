@@ -106,16 +106,6 @@ numbers! {
     cauchy in "calibration": |p| p.floor_cauchy_sigmas = 1e6;
     /// Calibration: corners have more weight than speckle.
     floor_corner in "calibration": |p| p.floor_corner_db = NEVER;
-    /// Where side lobes are detected, echoes need more power.
-    side_lobe_margin in "echoes": |p| p.side_lobe_margin_db = p.echo_margin_db;
-    /// Ghosts: the antenna's side lobes.
-    ghost_antenna in "echoes": |p| p.side_lobe_db = NEVER;
-    /// Ghosts: skirts in range.
-    ghost_skirt in "echoes": |p| p.skirt_db = NEVER;
-    /// Ghosts: the oscillator's noise.
-    ghost_oscillator in "echoes": |p| p.oscillator_noise_db = NEVER;
-    /// Ghosts: images of an I/Q imbalance.
-    ghost_image in "echoes": |p| p.iq_image_db = NEVER;
     /// A calibration with large corrections shows a wrong mounting.
     strain in "mount": |p| p.calibration_strain = NEVER;
     /// A floor supported better elsewhere shows a wrong mounting.

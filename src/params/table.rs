@@ -6,41 +6,11 @@ use super::switches::Rules;
 use crate::math::RAD_PER_DEG;
 
 params! {
-    "echoes: responses of the instrument" {
-        /// Curvature of the window's main lobe in range, dB per squared native bin.
-        range_curvature_db = 6.0, "dB", Derived, "Hann window: -6.0 dB at one bin";
-        /// Standard deviation of a filtered level that no model of one scatterer explains.
-        lobe_model_db = 0.10, "dB", Derived, "ripple of the triangle against the beam, rounding of cells";
-        /// Standard deviation that the noise gives a filtered level at 0 dB above it.
-        level_noise_db = 1.3, "dB", Derived, "exponential noise averaged over one and a half beams";
-    }
-    "echoes: noise and ghosts of stronger echoes" {
-        /// Minimum filtered power above the noise of an echo.
-        echo_margin_db = 2.8, "dB", Derived, "noise exceeds it once in some hundred independent places";
-        /// Maximum power above the noise of noise alone in a whole scan.
-        sure_echo_db = 4.5, "dB", Derived, "a map holds some thousand independent places";
-        /// Minimum level of the lower third over a bin's angles above the noise at which side lobes are detected.
-        side_lobes_seen_db = 0.9, "dB", Hand;
-        /// Minimum level of an echo without a CA-CFAR detection where side lobes are detected.
-        side_lobe_margin_db = 9.0, "dB", Hand;
-        /// Two-way side lobes of the beam below its peak, worst case, at any angle and the same range.
-        side_lobe_db = 17.0, "dB", Hand, "one-way pedestal of the simulators' antennas, with margin";
-        /// Margin of the beam's flank above a Gaussian's.
-        main_lobe_margin_db = 3.0, "dB", Hand;
-        /// Margin of the beam's flank where the ghost is a copy at another range.
-        same_beam_margin_db = 1.0, "dB", Hand;
+    "echoes" {
         /// Extent of an echo's own lobe in range, native bins.
         range_lobe_bins = 2.0, "", Derived, "Hann window: first zero at two bins";
-        /// Level of range skirts below the echo (sweep non-linearity, phase noise near the carrier).
-        skirt_db = 25.0, "dB", Hand;
-        /// Extent of range skirts, native bins.
-        skirt_bins = 9.0, "", Hand;
-        /// Level of the I/Q image below the echo.
-        iq_image_db = 30.0, "dB", Derived, "5 % and 3 degrees of imbalance";
-        /// Maximum distance of the image's peak from its expected place, native bins.
-        image_bins = 2.5, "", Derived, "the lobe's reach and half a bin";
-        /// Level of a strong echo's phase noise below it, at all ranges of the same angle.
-        oscillator_noise_db = 40.0, "dB", Hand;
+        /// Maximum power above the noise of noise alone in a whole scan.
+        sure_echo_db = 1.7, "dB", Derived, "an image holds some 5,000 independent places: noise exceeds it once in a million scans";
     }
     "echoes: calibration on the floor" {
         /// Standard deviation of the shaft's angle bias.

@@ -45,6 +45,8 @@ pub trait DataPath {
     /// # Errors
     /// Names the property of instrument or scene that is out of its limits.
     fn calibrate(&mut self, wall_m: f32) -> Result<Mounting, ConfigError>;
+    /// States that from the next row on the chair may move until the end of the scan.
+    fn expect_motion(&mut self) {}
     /// Returns the tuned numbers that the data path has.
     fn numbers(&self) -> Numbers {
         Numbers::DEFAULT
@@ -85,6 +87,10 @@ impl<D: DataPath + ?Sized> DataPath for &mut D {
 
     fn calibrate(&mut self, wall_m: f32) -> Result<Mounting, ConfigError> {
         (**self).calibrate(wall_m)
+    }
+
+    fn expect_motion(&mut self) {
+        (**self).expect_motion();
     }
 
     fn numbers(&self) -> Numbers {

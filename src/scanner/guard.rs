@@ -6,7 +6,7 @@
 use crate::config::ConfigError;
 use crate::drive::{Drive, Mode};
 use crate::scanner::encoder::REST_US;
-use crate::scanner::pace::Cruise;
+use crate::scanner::pace::{Cruise, RowWork};
 use crate::scanner::settings::{Encoder, Settings, SweepMode};
 use crate::schedule::Schedule;
 use crate::setting::check;
@@ -209,7 +209,7 @@ const SECOND_US: u32 = 1_000_000;
 /// must have the angles of the guard.
 fn period_us(settings: &Settings, times: RowTimes) -> Result<u32, ConfigError> {
     let schedule = Schedule::in_plane(settings.config.sweep, crate::config::Plane::Depth)?;
-    let cruise = Cruise::new(settings, &schedule, times).ok_or(ConfigError {
+    let cruise = Cruise::new(settings, &schedule, times, RowWork::Guard).ok_or(ConfigError {
         field: "guard-first",
         expected: "room for the ramps, and rows that come fast enough",
     })?;

@@ -5,6 +5,7 @@ mod self_test;
 
 use core::task::Poll;
 
+use super::chain::DataPath as _;
 use super::guard::{GuardMode, GuardState};
 use super::keeper::{ActiveSettings, ScanSettings};
 use super::reports::{ReportProgress, Reports};
@@ -326,6 +327,9 @@ impl<'a, H: Parts> Machine<'a, H> {
                 );
                 let poll = sweep.poll(now, mirror, link, data);
                 if let Some((row, at)) = sweep.triggered() {
+                    if self.odometry.may_move(self.scan.motion) {
+                        self.data.expect_motion();
+                    }
                     let mid = sweep.settings().capture_us() / 2;
                     self.odometry.row(row, at.plus(mid));
                 }

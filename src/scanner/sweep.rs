@@ -25,7 +25,7 @@ use core::task::Poll;
 
 use super::chain::DataPath;
 use super::mirror::{Mirror, Motion};
-use super::pace::Cruise;
+use super::pace::{Cruise, RowWork};
 use super::rest::Rest;
 use super::settings::{Settings, SweepMode};
 use crate::config::Plane;
@@ -177,7 +177,11 @@ impl Sweep {
             SweepMode::Stop => None,
             SweepMode::Continuous => {
                 let times = link.row_times(self.settings.config.radar.samples);
-                times.and_then(|times| Cruise::new(&self.settings, &self.schedule, times))
+                let work = match self.guard {
+                    true => RowWork::Guard,
+                    false => RowWork::Scan,
+                };
+                times.and_then(|times| Cruise::new(&self.settings, &self.schedule, times, work))
             }
         };
         self.turning = cruise.map(ContinuousSweep::new);

@@ -86,7 +86,7 @@ reasons! {
         "A step's strongest echo, or without steps the strongest of all, is below `weak_step_db`, or the next riser's would be below `next_seen_db`.",
     /// An object blocks the line of sight.
     BlockedView = "blocked-view" [InstrumentFault, Info]
-        "An echo right before the mirror exceeds the mirror's by `near_db` in more than `near_rows` rows, or a constant level at one range nearer than `blocked_m` fills more than `line_share` of the rows (instrument); or three echoes above `in_the_way_db` lie where the flight leaves no room (info).",
+        "An echo right before the mirror exceeds the mirror's by `near_db` in more than `near_rows` rows, or a constant level at one range nearer than `blocked_m`, above the skirt of the mirror's echo, fills more than `line_share` of the rows (instrument); or three echoes above `in_the_way_db` lie where the flight leaves no room (info).",
     /// The answer is not valid over the first metre of the way, or not certain enough of stairs that begin farther away.
     ShortHorizon = "short-horizon" [Degraded]
         "The horizon is below 1.0 m and does not reach the near edge (distance − 3σ) of a reported drop; or the first step is correct with a probability below 90 %.",
@@ -123,9 +123,6 @@ reasons! {
     /// The mirror's echo never changes: all chirps are the same.
     MirrorFrozen = "mirror-frozen" [Fault]
         "In more than half of the rows four samples across the chirp equal those of the chirp before.",
-    /// The map contains no noise, so it cannot come from a radar.
-    NoNoise = "no-noise" [Fault]
-        "The median of the map is zero.",
     /// Nothing but noise: not even the ground was detected.
     NoEcho = "no-echo" [Fault]
         "No echo reaches `sure_echo_db`; in the paper's estimator the number of detections is at most three times the expected number of false alarms; in a guard sweep no cell is 15 dB above the median, and the ground's line is not above it either over some sweeps.",

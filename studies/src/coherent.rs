@@ -1,15 +1,13 @@
-//! Top edges of steps, and ground, counted in the coherent image and in what the estimator uses.
+//! Top edges of steps that the estimator's echoes show, and ground that the coherent image and rows alone show.
 
 use std::fmt::Write as _;
 
 use host_sim::coherent::CoherentView;
-use host_sim::inspect::Inspection;
 use host_sim::recording::Truth;
 use host_sim::replay::Scanned;
 use stairscan::config::Plane;
 use stairscan::params::ground_line::LINE_REACH;
-use stairscan::signal::echoes::{Echo, two_way_sigma};
-use stairscan::signal::grid::{DB_PER_UNIT, PolarMap};
+use stairscan::signal::grid::{DB_PER_UNIT, PolarMap, two_way_sigma};
 
 /// Distance from the mirror up to which top edges count, metres.
 const NEAR_M: f64 = 1.6;
@@ -45,11 +43,11 @@ struct Edges {
 /// Counts of all scans.
 #[derive(Debug, Default)]
 pub struct Counts {
-    /// Top edges below and above the mirror: by today's echoes, then by the coherent image's.
-    edges: [[Edges; 2]; 2],
+    /// Top edges below and above the mirror.
+    edges: [Edges; 2],
     /// Number of scans with steps, and of all their echoes.
     scans: f64,
-    echoes: [f64; 2],
+    echoes: f64,
     /// Shares of seen cells of each scan without steps.
     ground: Vec<Seen>,
 }
@@ -77,42 +75,29 @@ impl Counts {
             self.ground.push(ground(&view, map, height_m));
             return;
         }
-        let (map, config) = (scanned.pipeline.map(), scanned.config);
-        let inspection = Inspection::of(map, config, scanned.answer.scan.scan, &scanned.drive);
-        let places = |e: &Echo| (e.range_m.into(), e.angle_rad.into());
-        let today: Vec<(f64, f64)> = inspection.points().map(places).collect();
-        let coherent: Vec<(f64, f64)> = view.echoes.iter().map(places).collect();
+        let echoes = view.echoes.iter();
+        let echoes: Vec<(f64, f64)> = echoes
+            .map(|e| (e.range_m.into(), e.angle_rad.into()))
+            .collect();
         self.scans += 1.0;
-        for (k, echoes) in [today, coherent].iter().enumerate() {
-            self.echoes[k] += echoes.len() as f64;
-            count(
-                &mut self.edges[k],
-                truth,
-                echoes,
-                config.mount.mount_height_m().into(),
-            );
-        }
+        self.echoes += echoes.len() as f64;
+        let height_m = scanned.config.mount.mount_height_m();
+        count(&mut self.edges, truth, &echoes, height_m.into());
     }
 
     /// Returns the counts as text.
     pub fn text(&self) -> String {
         let mut text =
             "top edges nearer than 1.6 m      of  found  5° beside  6 cm off\n".to_owned();
-        for (name, edges) in ["today's echoes", "coherent"].iter().zip(&self.edges) {
-            for (place, e) in ["below the mirror", "above it"].iter().zip(edges) {
-                let _ = writeln!(
-                    text,
-                    "{name:<15} {place:<17} {:4.0} {:6.0} {:10.1} {:9.1}",
-                    e.all, e.found, e.beside, e.by_chance
-                );
-            }
+        for (place, e) in ["below the mirror", "above it"].iter().zip(&self.edges) {
+            let _ = writeln!(
+                text,
+                "{place:<31} {:4.0} {:6.0} {:10.1} {:9.1}",
+                e.all, e.found, e.beside, e.by_chance
+            );
         }
         let scans = self.scans.max(1.0);
-        let [today, coherent] = self.echoes.map(|n| n / scans);
-        let _ = writeln!(
-            text,
-            "echoes a scan with steps: today {today:.1}, coherent {coherent:.1}"
-        );
+        let _ = writeln!(text, "echoes a scan with steps: {:.1}", self.echoes / scans);
         let scans = self.ground.len();
         let share =
             |k: usize| 100.0 * self.ground.iter().map(|s| s[k]).sum::<f64>() / scans.max(1) as f64;

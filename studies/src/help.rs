@@ -19,7 +19,7 @@ pub const STUDY: Texts = Texts {
                 "coherent",
             ],
         ),
-        ("Faults and endurance", &["faults", "soak"]),
+        ("Faults and endurance", &["faults", "shift", "soak"]),
         ("Tuned numbers", &["params", "ablate", "fit"]),
         ("The image", &["budget", "bench", "snr", "twins", "sbom"]),
         ("Documents", &["hardware", "reasons"]),

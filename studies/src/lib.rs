@@ -17,4 +17,5 @@ pub mod help;
 pub mod images;
 pub mod instrument;
 pub mod sbom;
+pub mod shift;
 pub mod soak;

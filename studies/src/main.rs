@@ -43,6 +43,8 @@ enum Command {
     Capability(commands::capability::Args),
     /// Apply every fault of the instrument to recordings and count the outcomes
     Faults(commands::faults::Args),
+    /// Move one property out of the usual draw and compare the answers with those as drawn
+    Shift(commands::shift::Args),
     /// Run one scanner over thousands of scans and compare each answer with a new scanner's, or over days of simulated
     /// time
     Soak(commands::soak::Args),
@@ -85,6 +87,7 @@ fn main() -> ExitCode {
         Command::Drives(args) => commands::drives::run(&args),
         Command::Capability(args) => commands::capability::run(&args),
         Command::Faults(args) => commands::faults::run(&args),
+        Command::Shift(args) => commands::shift::run(&args),
         Command::Soak(args) => commands::soak::run(&args),
         Command::Params(args) => commands::params::run(&args),
         Command::Hardware(args) => commands::hardware::run(&args),

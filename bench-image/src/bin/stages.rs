@@ -26,6 +26,7 @@ mod image {
     use stairscan::report::sentence::{ScanId, write_scan};
     use stairscan::scanner::DataPath;
     use stairscan::signal::grid::{BinWindow, Row};
+    use stairscan::signal::image::WORDS;
     use stairscan::signal::range::cfar::Cfar;
     use stairscan::signal::range::packed::{Native, Packed};
     use stairscan::signal::range::window::{self, ChirpLevels, Window};
@@ -41,17 +42,20 @@ mod image {
 
     #[entry]
     fn main() -> ! {
-        stack::enlarge(run)
+        if let Some(peripherals) = cortex_m::Peripherals::take() {
+            scans(&mut Counter::new(peripherals.SYST));
+        }
+        // The single stages need a larger stack, where the image of the scans was.
+        stack::enlarge(single_stages)
     }
 
-    extern "C" fn run() -> ! {
-        if let Some(peripherals) = cortex_m::Peripherals::take() {
-            let mut counter = Counter::new(peripherals.SYST);
-            transforms(&mut counter);
-            chirp_stages(&mut counter);
-            scans(&mut counter);
-            debug::exit(EXIT_SUCCESS);
-        }
+    extern "C" fn single_stages() -> ! {
+        // SAFETY: the counter of the scans, which used the timer, is gone.
+        let peripherals = unsafe { cortex_m::Peripherals::steal() };
+        let mut counter = Counter::new(peripherals.SYST);
+        transforms(&mut counter);
+        chirp_stages(&mut counter);
+        debug::exit(EXIT_SUCCESS);
         loop {
             cortex_m::asm::wfi();
         }
@@ -220,11 +224,18 @@ mod image {
         }
     }
 
+    /// Address of the second memory in the emulator: SRAM3, as on an STM32F427.
+    const SECOND_MEMORY: usize = 0x2002_0000;
+
     /// Processes the scans of the host's file with the whole pipeline.
     #[inline(never)]
     fn scans(counter: &mut Counter) {
         // SAFETY: the only reference to the static, made once.
         let pipeline = unsafe { &mut *addr_of_mut!(PIPELINE) };
+        // SAFETY: the emulator's SRAM extends over this address, the linker places nothing there, and this is the only
+        // reference, made once.
+        let words = unsafe { &mut *(SECOND_MEMORY as *mut [u32; WORDS]) };
+        pipeline.memory_mut().lend(words);
         let Some(mut file) = HostFile::open(c"scans") else {
             return;
         };

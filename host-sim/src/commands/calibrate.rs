@@ -7,14 +7,12 @@ use anyhow::{Context, Result, ensure};
 use serde_json::json;
 use stairscan::estimate::Estimate;
 use stairscan::health::Expected;
-use stairscan::motion::Drive;
 use stairscan::mount::Mounting;
 use stairscan::mount::command::{Refusal, calibrate};
 use stairscan::params::Params;
 use stairscan::scanner;
 use stairscan::scanner::command::framed;
 use stairscan::scanner::settings::MotorConfig;
-use stairscan::signal::echoes::{Collector, Echoes};
 use stairscan::verdict::Reason;
 
 use super::{Format, Settings, emit};
@@ -98,14 +96,10 @@ fn of(scanned: &Scanned<'_>, wall_m: f32) -> Result<Mounting> {
         "the instrument failed health checks: {}",
         doubts.join(", ")
     );
-    let mut echoes = Echoes::new();
-    let mut collector = Box::new(Collector::new());
-    collector.begin(map);
-    (0..map.rows()).for_each(|row| collector.row(map, row));
-    collector.finish(map, config, &Params::DEFAULT, &Drive::STANDING, &mut echoes);
+    let echoes = &scanned.pipeline.found().echoes;
     let mirror = health.mirror_seen(config);
     let refused = |refusal: Refusal| anyhow::anyhow!("{refusal}");
-    calibrate(&echoes, config, mirror, wall_m, &Params::DEFAULT).map_err(refused)
+    calibrate(echoes, config, mirror, wall_m, &Params::DEFAULT).map_err(refused)
 }
 
 /// Returns the `set` commands, with CRC, that give a scanner the estimated mounting. `home_angle` is its present

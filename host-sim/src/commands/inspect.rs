@@ -26,7 +26,7 @@ pub struct Args {
     /// Treat every scan of a recording as if it were the first
     #[arg(long)]
     single: bool,
-    /// Show the coherent image and its echoes, too, which the estimator does not use yet
+    /// Show the coherent image and its echoes, too
     #[arg(long)]
     coherent: bool,
     /// Draw scatterers, best hypothesis and runners-up into this directory, one picture a scan
@@ -76,11 +76,10 @@ fn inspect(path: &std::path::Path, args: &Args, outputs: &Outputs) -> Result<()>
             config,
             pipeline,
             answer,
-            drive,
             ..
         } = *scanned;
         let map = pipeline.map();
-        let inspection = Inspection::of(map, config, answer.scan.scan, &drive);
+        let inspection = Inspection::of(scanned);
         let coherent = CoherentView::of(scanned);
         match args.format {
             Format::Json => {

@@ -192,8 +192,8 @@ fn draw(outputs: &Outputs, dir: &Path, scanned: &Scanned<'_>) -> Result<Vec<Path
         ..
     } = *scanned;
     let map = pipeline.map();
-    let inspection = (config.estimator == EstimatorKind::Likelihood)
-        .then(|| Inspection::of(map, config, answer.scan.scan, &scanned.drive));
+    let inspection =
+        (config.estimator == EstimatorKind::Likelihood).then(|| Inspection::of(scanned));
     let posterior = inspection.map_or(PosteriorView::default(), |i| i.view().posterior.clone());
     let scan = ScanView {
         recording: &scanned.recording(),

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use anyhow::{Result, anyhow};
 use serde_json::{Map, Value, json};
-use stairscan::scanner::pace::Cruise;
+use stairscan::scanner::pace::{Cruise, RowWork};
 use stairscan::scanner::ramp::Ramp;
 use stairscan::scanner::{Schedule, Settings};
 use stairscan::signal::radar::any::row_times;
@@ -141,7 +141,7 @@ impl ScanTime {
         schedule: &Schedule,
         (module, times): (&'static str, RowTimes),
     ) -> Option<Self> {
-        let cruise = Cruise::new(settings, schedule, times)?;
+        let cruise = Cruise::new(settings, schedule, times, RowWork::Scan)?;
         let (start, end) = cruise.ends(schedule, false);
         let ramp = Ramp {
             speed: cruise.speed,

@@ -19,7 +19,6 @@ pub fn check(reason: Reason) -> Check {
         }
         R::Saturated
         | R::Silent
-        | R::NoNoise
         | R::AdcBit
         | R::IqSwapped
         | R::ChannelDead
@@ -101,7 +100,7 @@ pub fn fix(reason: Reason) -> &'static str {
         R::Saturated => {
             "Too much signal: a reflector near the lens, the module's gain, a mirror that reflects into the lens."
         }
-        R::Silent | R::NoNoise => {
+        R::Silent => {
             "The samples hold no signal: antenna's supply, converter, wrong module setting."
         }
         R::AdcBit | R::ChannelDead => {

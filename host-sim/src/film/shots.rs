@@ -77,9 +77,7 @@ impl Film {
         let seen = scanned.config.estimator == EstimatorKind::Likelihood && !answer.is_fault();
         let mut echoes = Vec::new();
         if seen {
-            let map = scanned.pipeline.map();
-            let number = answer.scan.scan;
-            let inspection = Inspection::of(map, scanned.config, number, &scanned.drive);
+            let inspection = Inspection::of(scanned);
             let scatterers = &inspection.view().scatterers;
             echoes.extend(scatterers.iter().map(|s| Echo {
                 at: s.at,

@@ -6,6 +6,7 @@ use stairscan::observer::{CloudStage, Event, Observer};
 use stairscan::paper::cluster::{ClusterVerdict, Extent};
 use stairscan::paper::particles::{PointParticle, UNITS_PER_CELL};
 use stairscan::paper::{Paper, Places};
+use stairscan::signal::echoes::FoundEchoes;
 use stairscan::signal::grid::PolarMap;
 use stairscan::verdict::Outcome;
 
@@ -125,7 +126,7 @@ fn observe<'a>(map: &'a PolarMap, config: &Config, scan: u32) -> (Outcome, Trace
         paper.row(map, row);
     }
     let mut witness = TraceObserver::new(map);
-    let outcome = paper.finish(map, config, scan, &mut witness);
+    let outcome = paper.finish(map, &FoundEchoes::NONE, config, scan, &mut witness);
     (outcome, witness)
 }
 

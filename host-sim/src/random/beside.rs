@@ -110,19 +110,26 @@ fn posts(scene: &mut SceneSpec, s: &StairsSpec, rng: &mut Random) {
         material: material.clone(),
     });
     let diameter = rng.between(0.012, 0.04);
+    scene.post.extend(balusters(s, side, diameter, &material));
+}
+
+/// Returns posts 90 cm high on the middle of every tread of a flight, `lateral_m` beside the plane of the beam.
+pub fn balusters(s: &StairsSpec, lateral_m: f64, diameter_m: f64, material: &str) -> Vec<PostSpec> {
     let (mut x, mut height) = (s.distance_m, 0.0);
-    for k in 0..s.count {
+    let post = |k: usize| {
         height += s.rises_m.get(k).copied().unwrap_or(s.rise_m);
-        scene.post.push(PostSpec {
+        let post = PostSpec {
             at_m: x + 0.5 * s.going_m,
-            lateral_m: side,
-            diameter_m: diameter,
+            lateral_m,
+            diameter_m,
             bottom_m: height + 0.001,
             top_m: height + 0.9,
-            material: material.clone(),
-        });
+            material: material.to_owned(),
+        };
         x += s.goings_m.get(k).copied().unwrap_or(s.going_m);
-    }
+        post
+    };
+    (0..s.count).map(post).collect()
 }
 
 /// Adds the edge of the floor above or the underside of the next flight, 1.0 to 1.6 m over the

@@ -30,6 +30,7 @@ use core::str::FromStr;
 use crate::scene::maths::Random;
 use crate::scene::spec::SceneSpec;
 
+pub use beside::balusters;
 pub use clutter::CLUTTER;
 pub use entrance::ENTRANCE;
 pub use none::NONE;

@@ -265,8 +265,17 @@ fn a_chair_that_stands_is_believed_from_the_second_sweep_on() {
     );
     // A recording of one scan without motion keys counts as made at standstill.
     let standing = answers(&one, Options::default());
-    let places =
-        |a: &Answer| -> Vec<_> { a.steps.iter().map(|s| (s.distance, s.height)).collect() };
-    assert_eq!(places(&standing[0]), places(&printed[1]));
+    // Where it is not known whether the chair stands, what echoes turn from row to row is taken out: within a millimetre.
+    let places = |a: &Answer| -> Vec<_> {
+        let steps = a.steps.iter();
+        steps.map(|s| [s.distance.0, s.height.0]).collect()
+    };
+    let (known, unknown) = (places(&standing[0]), places(&printed[1]));
+    let near = |(a, b): (&[i32; 2], &[i32; 2])| (0..2).all(|k| a[k].abs_diff(b[k]) <= 10);
+    assert_eq!(known.len(), unknown.len());
+    assert!(
+        known.iter().zip(&unknown).all(near),
+        "{known:?} {unknown:?}"
+    );
     assert!(!says(&standing[0], Reason::Unconfirmed));
 }

@@ -71,11 +71,12 @@ fn one_answer_a_scan_in_order() {
                 .iter()
                 .map(|l| (l["scan"].as_u64(), steps(l)))
                 .collect();
-            assert_eq!(
-                found,
-                [(Some(1), 3), (Some(2), 0), (Some(3), 3)],
-                "{name} {args:?}"
-            );
+            let scans: Vec<_> = found.iter().map(|(scan, _)| *scan).collect();
+            assert_eq!(scans, [Some(1), Some(2), Some(3)], "{name} {args:?}");
+            assert_eq!((found[0].1, found[2].1), (3, 3), "{name} {args:?}");
+            // A scene that takes another's place within two seconds may be doubted, but no step of it is sure.
+            let sure = lines[1]["status"] == "ok";
+            assert!(found[1].1 == 0 || !sure, "{name} {args:?}: {}", lines[1]);
             assert!(lines.iter().all(|l| l["recording"] == "three"));
             assert!(lines.iter().all(|l| l["lost_rows"] == 0));
         }

@@ -15,7 +15,7 @@ use host_sim::recording::Recording;
 use host_sim::scene::Scene;
 use stairscan::config::Config;
 use stairscan::report::{ScanLine, Sentence};
-use stairscan::scanner::pace::Cruise;
+use stairscan::scanner::pace::{Cruise, RowWork};
 use stairscan::scanner::settings::SweepMode;
 use stairscan::scanner::step_timer::RESTART;
 use stairscan::scanner::{Schedule, Settings};
@@ -158,6 +158,7 @@ fn a_continuous_sweep_turns_at_constant_speed() {
         &settings,
         &schedule,
         WIRE.row_times(settings.config.radar.samples),
+        RowWork::Scan,
     )
     .unwrap();
     assert_eq!(cruise.speed, SLOW);

@@ -66,9 +66,8 @@ impl Scan {
     /// Returns the results of the scan that `replay` has just answered, without the map.
     pub fn of(recording: &Recording, scanned: &Scanned<'_>) -> Self {
         let (answer, config) = (scanned.answer, scanned.config);
-        let map = scanned.pipeline.map();
-        let echoes = (config.estimator == EstimatorKind::Likelihood)
-            .then(|| Inspection::of(map, config, answer.scan.scan, &scanned.drive));
+        let echoes =
+            (config.estimator == EstimatorKind::Likelihood).then(|| Inspection::of(scanned));
         Self {
             json: answer.json(),
             echoes: echoes.map(|i| i.echoes()),

@@ -151,7 +151,7 @@ fn scan(scanned: &Scanned<'_>) -> (Value, Rank) {
     let map = scanned.pipeline.map();
     let config = scanned.config;
     let inspected = (config.estimator == EstimatorKind::Likelihood && !answer.is_fault())
-        .then(|| Inspection::of(map, config, answer.scan.scan, &scanned.drive));
+        .then(|| Inspection::of(scanned));
     let verdict = truth.map(|truth| score::scene(answer, truth));
     let rank = rank(answer, verdict.as_ref().map(|v| v.wrong));
     let inspection = inspected.map(|i| i.json(answer));

@@ -114,6 +114,20 @@ fn repeated_evaluation_gives_the_same_weight() {
     assert_eq!((model.weigh(2).log_weight, model.place(2, 1)), before);
 }
 
+/// The distance of an edge that nothing shows where the flights have it was not a number.
+#[test]
+fn an_edge_that_nothing_shows_has_a_distance() {
+    for off_m in [0.15, 0.3, 0.45] {
+        let mut edges: List<f32> = (0..6).map(|k| -0.25 + 0.19 * k as f32).collect();
+        edges[3] += off_m;
+        let model = looked(&stairs(&edges), &levels(6));
+        for k in 0..6 {
+            let place = model.place(6, k);
+            assert!(place.value.is_finite() && place.sigma() > 0.0, "{place:?}");
+        }
+    }
+}
+
 #[test]
 fn without_echoes_and_of_odd_ones_everything_is_a_number() {
     let odd = [

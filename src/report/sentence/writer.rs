@@ -29,12 +29,15 @@ impl Writer {
         writer
     }
 
+    // Out of line: the image's flash is short, and a sentence takes milliseconds on the wire.
+    #[inline(never)]
     fn push(&mut self, c: char) {
         if self.line.len() + Self::TAIL < MAX_SENTENCE {
             let _ = self.line.push(c);
         }
     }
 
+    #[inline(never)]
     fn raw(&mut self, text: &str) {
         text.chars().for_each(|c| self.push(c));
     }
@@ -49,6 +52,7 @@ impl Writer {
         self
     }
 
+    #[inline(never)]
     fn digits(&mut self, mut value: u32) {
         let mut reversed = [b'0'; 10];
         let mut count = 0;

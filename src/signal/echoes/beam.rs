@@ -4,16 +4,19 @@
 //! step is larger than configured, all lobes are narrower than the beam; if it is smaller, all are wider. An
 //! extended scatterer is wider, too, but hardly ever all strong echoes are extended.
 
-use super::angle_filter::point_width;
 use super::echo::{Echo, MAX_ECHOES};
 use crate::params::Params;
 use crate::signal::grid::Geometry;
 use crate::sort::shell_sort;
 
+/// Maximum standard deviation of the angle of an echo whose width counts, as a share of the beam's width: others disturb
+/// the lobes of the rest.
+const UNDISTURBED: f32 = 0.04;
+
 /// Statistics of the widths of strong echoes' lobes, relative to that of a point scatterer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lobes {
-    /// Number of strong echoes: those with an SNR above `beam_echo_db`.
+    /// Number of strong echoes: those with an SNR above `beam_echo_db` whose lobes nothing disturbs.
     pub echoes: usize,
     /// Smallest width of their lobes; 1 is a point scatterer's.
     pub least: f32,
@@ -26,16 +29,17 @@ impl Lobes {
     #[inline(never)]
     pub fn of(echoes: &[Echo], geometry: &Geometry, p: &Params) -> Option<Self> {
         let mut widths = heapless::Vec::<f32, MAX_ECHOES>::new();
-        for e in echoes.iter().filter(|e| e.snr_db > p.beam_echo_db) {
+        let most_rad = UNDISTURBED * geometry.beamwidth_rad;
+        let undisturbed = |e: &&Echo| e.snr_db > p.beam_echo_db && e.angle_sigma_rad < most_rad;
+        for e in echoes.iter().filter(undisturbed) {
             // The vector has room for all echoes.
             let _ = widths.push(e.width);
         }
         shell_sort(&mut widths, |a, b| a < b);
-        let point = point_width(geometry);
         Some(Self {
             echoes: widths.len(),
-            least: widths.first()? / point,
-            median: widths.get(widths.len() / 2)? / point,
+            least: *widths.first()?,
+            median: *widths.get(widths.len() / 2)?,
         })
     }
 
@@ -102,17 +106,5 @@ mod tests {
             ..Echo::default()
         };
         assert_eq!(Lobes::of(&[weak; 5], &geometry(5.0), P), None);
-    }
-
-    /// The filter's boxes are limited to 15 rows: after them the lobe of a wide beam is narrower than with
-    /// boxes as wide as the beam.
-    #[test]
-    fn a_wide_beam_s_lobe_is_narrower_behind_boxes_of_limited_length() {
-        assert!((point_width(&geometry(5.0)) - 1.0).abs() < 0.02);
-        assert!((point_width(&geometry(3.0)) - 1.0).abs() < 0.05);
-        let wide = point_width(&geometry(7.75));
-        assert!((wide - 0.84).abs() < 0.01, "{wide}");
-        assert!(lobes(&[0.85, 0.88, 0.9], 7.75).unwrap().fit(P));
-        assert!(!lobes(&[0.85, 0.88, 0.9], 5.0).unwrap().fit(P));
     }
 }

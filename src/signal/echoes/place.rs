@@ -5,10 +5,8 @@
 //! nearer than it is at mid chirp.
 
 use super::echo::Echo;
-use super::lobe::ScattererMotion;
 use crate::config::{Plane, RadarConfig};
 use crate::drive::Drive;
-use crate::math;
 use crate::signal::grid::{Geometry, PolarMap};
 use crate::track::{RowPose, Track};
 
@@ -38,27 +36,6 @@ impl<'a> MotionCompensation<'a> {
             track,
             steady_speed: None,
             coupling_s: drive.chirp_s * ratio,
-        }
-    }
-
-    /// Returns the motion of a fixed scatterer at `range_m` metres from row to row around row `row`.
-    pub fn scatterer_motion(&self, map: &PolarMap, row: usize, range_m: f32) -> ScattererMotion {
-        let geometry = map.geometry();
-        let step = self.track.per_row(row as f32);
-        let (x, down) = {
-            let (x, y) = geometry.point(range_m, map.angle_rad(row));
-            (x, geometry.mount_height_m - y)
-        };
-        let squared = math::max(range_m * range_m, f32::MIN_POSITIVE);
-        // Angles count downwards, or from straight down to the front; nose up lifts the beam.
-        let down_rad = step.pitch_rad + step.travel_m * down / squared;
-        let rad = match geometry.plane {
-            Plane::Depth => down_rad,
-            Plane::Height => -down_rad,
-        };
-        ScattererMotion {
-            bins: -step.travel_m * x / (math::max(range_m, f32::MIN_POSITIVE) * geometry.bin_m),
-            steps: 1.0 - rad / geometry.step_rad,
         }
     }
 

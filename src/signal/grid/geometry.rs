@@ -3,6 +3,16 @@
 use crate::config::Plane;
 use crate::math;
 
+/// Ratio of the one-way 3 dB width to the standard deviation of the two-way power pattern exp(-8 ln2
+/// (t/width)²) over the angle t: sqrt(16 ln 2).
+const WIDTH_PER_SIGMA: f32 = 3.330_218_4;
+
+/// Returns the standard deviation of the two-way power pattern of a beam whose one-way 3 dB width is `width`,
+/// in the same unit of angle.
+pub fn two_way_sigma(width: f32) -> f32 {
+    width / WIDTH_PER_SIGMA
+}
+
 /// Conversion between the cells of a map, ranges and angles, and points in the sagittal plane.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Geometry {

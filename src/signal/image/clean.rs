@@ -1,25 +1,23 @@
 //! CLEAN (Högbom 1974): the strongest point of the image is located, its response in range and angle is subtracted, and
 //! so on, until what is left is no stronger than the noise and the error of what was subtracted there.
-//!
-//! Local maxima wait in a queue, the strongest first. One that a subtraction has changed is looked at again where it now
-//! is. Maxima that a subtraction uncovers join the queue.
 
 use super::coherent::CoherentImage;
-use super::response::{self, hann};
+use super::response::{self, RangeResponse};
+use super::waiting::{Place, Waiting};
 use crate::math;
 use crate::params::image::{
     IMAGE_BINS, IQ_IMAGE, LEAST, PATTERN, PHASE_NOISE, SIDE_LOBES, SKIRT, SKIRT_BINS,
 };
+use crate::signal::echoes::MAX_ECHOES;
 use crate::signal::range::packed::Packed;
 use heapless::Vec;
-use heapless::binary_heap::{BinaryHeap, Max};
 
-/// Maximum number of points of an image.
-pub const MAX_COMPONENTS: usize = 64;
-/// Maximum number of local maxima that wait.
-const MAX_WAITING: usize = 192;
 /// Extent of a lobe to each side over which it is subtracted, nodes: 3.7 standard deviations.
 const REACH_NODES: usize = 9;
+/// Number of nodes over which a lobe is subtracted.
+const LOBE_NODES: usize = 2 * REACH_NODES + 1;
+/// Number of bins over which a response is subtracted.
+const RESPONSE_BINS: usize = 2 * response::REACH + 1;
 /// Distance in bins behind which the response over the range is below the error of other terms.
 const LOBE_BINS: f32 = 4.0;
 /// Deviations from the middle of a lobe beyond which it is dark.
@@ -27,9 +25,13 @@ const DARK: f32 = 3.5;
 /// Widening of the lobe's error over the angle, as its factor, and of that over the range, stored bins: a misplaced point's.
 const ANGLE_MARGIN: f32 = 1.1;
 const RANGE_MARGIN: f32 = 0.3;
-/// Units of a waiting maximum's level per octave of power, and octave at which they begin.
-const LEVELS_PER_OCTAVE: f32 = 256.0;
-const FIRST_OCTAVE: f32 = -80.0;
+/// Amplitude, as a share of the noise's, below which a response is not subtracted.
+const NEGLIGIBLE: f32 = 0.25;
+/// Curvature of a lobe without a peak, as a share of a point's, and the width that it is given.
+const FLAT: f32 = 0.02;
+const FLAT_WIDTH: f32 = 9.0;
+/// Share of the noise that keeps logarithms finite.
+const FLOOR: f32 = 1e-6;
 
 /// A point of the image.
 #[derive(Clone, Copy, Debug, Default)]
@@ -48,19 +50,6 @@ pub struct Component {
     pub width: f32,
 }
 
-/// Response over the range, on the grid of the bins.
-#[derive(Clone, Copy, Debug)]
-pub struct RangeResponse {
-    /// Native bins per stored bin.
-    pub native_per_bin: f32,
-    /// Turn of the phase from bin to bin, radians: that of the window's middle.
-    pub radians_per_bin: f32,
-    /// Native bin of the first stored bin.
-    pub first_native: f32,
-    /// Sum of the native bins of an echo and of its I/Q image; infinite without images.
-    pub image_sum: f32,
-}
-
 /// CLEAN at work on an image.
 pub struct Clean<'a> {
     /// The image.
@@ -70,8 +59,8 @@ pub struct Clean<'a> {
     words: &'a mut [u32],
     range: RangeResponse,
     /// Points found so far.
-    pub found: Vec<Component, MAX_COMPONENTS>,
-    waiting: BinaryHeap<u32, Max, MAX_WAITING>,
+    pub found: Vec<Component, MAX_ECHOES>,
+    waiting: Waiting,
 }
 
 impl<'a> Clean<'a> {
@@ -88,258 +77,314 @@ impl<'a> Clean<'a> {
             words,
             range,
             found: Vec::new(),
-            waiting: BinaryHeap::new(),
+            waiting: Waiting::new(),
         }
     }
 
     /// Finds the points of the image, which holds what is left afterwards.
+    #[inline(never)]
     pub fn run(&mut self) {
         let (nodes, bins) = (self.image.nodes().count(), self.image.bins());
         self.queue((0, nodes), (0, bins));
-        while let Some(word) = self.waiting.pop() {
-            if self.found.is_full() {
-                return;
-            }
-            let (level, cell) = ((word >> 16) as u16, (word & 0xffff) as usize);
-            let (node, bin) = self.climb(cell / bins, cell % bins);
-            let power = self.power(node, bin);
-            if power < LEAST * self.noise {
+        while !self.found.is_full()
+            && let Some((level, queued)) = self.waiting.pop()
+        {
+            let place = self.climb(queued);
+            let power = self.power(place);
+            let now = Waiting::level(power);
+            let changed = now < level && power >= LEAST * self.noise;
+            if changed && !(place == queued && self.waiting.would_lead(now, place)) {
+                // What was subtracted has changed it: it waits for its turn.
+                self.waiting.push(now, place);
                 continue;
             }
-            let now = self.level(power);
-            if now < level {
-                self.wait(now, node, bin);
-                continue;
+            if let Some(point) = self.point(place, power) {
+                self.subtract(&point);
+                // There is room.
+                let _ = self.found.push(point);
+                self.queue_around(place);
             }
-            let background = self.noise + self.error(node, bin);
-            if power < LEAST * background {
-                continue;
-            }
-            let mut point = self.locate(node, bin);
-            // Noise has peaks that are narrower than a point's response.
-            point.contrast = point.power / background;
-            if point.contrast < LEAST {
-                continue;
-            }
-            self.subtract(&point);
-            // There is room.
-            let _ = self.found.push(point);
-            let block = |at: usize, reach: usize, end: usize| {
-                (at.saturating_sub(reach), (at + reach + 1).min(end))
-            };
-            self.queue(
-                block(node, REACH_NODES, nodes),
-                block(bin, response::REACH, bins),
-            );
         }
     }
 
-    /// Returns the level of a power as it waits.
-    fn level(&self, power: f32) -> u16 {
-        let octaves = math::log2(math::max(power, f32::MIN_POSITIVE)) - FIRST_OCTAVE;
-        // The cast saturates.
-        (octaves * LEVELS_PER_OCTAVE) as u16
+    /// Queues the local maxima that the subtraction of a point at `place` has uncovered.
+    fn queue_around(&mut self, place: Place) {
+        let block = |at: usize, reach: usize, end: usize| {
+            (at.saturating_sub(reach), (at + reach + 1).min(end))
+        };
+        self.queue(
+            block(place.node, REACH_NODES, self.image.nodes().count()),
+            block(place.bin, response::REACH, self.image.bins()),
+        );
     }
 
-    fn wait(&mut self, level: u16, node: usize, bin: usize) {
-        let cell = (node * self.image.bins() + bin) as u32;
-        // The queue is longer than the number of points that it is for.
-        let _ = self.waiting.push(u32::from(level) << 16 | cell & 0xffff);
+    /// Returns the point at a local maximum; `None` if noise or the error of what was subtracted explains it.
+    fn point(&self, place: Place, power: f32) -> Option<Component> {
+        let background = self.noise + self.error(place);
+        if power < LEAST * background {
+            return None;
+        }
+        let mut point = self.locate(place);
+        // Noise has peaks that are narrower than a point's response.
+        point.contrast = point.power / background;
+        (point.contrast >= LEAST).then_some(point)
     }
 
     /// Returns a cell's value, 0 outside.
-    fn cell(&self, node: usize, bin: usize) -> [f32; 2] {
-        self.image.cell(self.words, node, bin)
+    fn cell(&self, place: Place) -> [f32; 2] {
+        self.image.cell(self.words, place.node, place.bin)
     }
 
-    fn power(&self, node: usize, bin: usize) -> f32 {
-        let [re, im] = self.cell(node, bin);
+    fn power(&self, place: Place) -> f32 {
+        let [re, im] = self.cell(place);
         re * re + im * im
     }
 
-    /// Queues the local maxima of a block that are stronger than the noise.
+    /// Queues the local maxima of a block, from its first node and bin to before its last, that are stronger than the
+    /// noise.
+    #[inline(never)]
     fn queue(&mut self, nodes: (usize, usize), bins: (usize, usize)) {
-        let least = LEAST * self.noise;
+        let width = self.image.bins();
+        let (from, to) = (bins.0.saturating_sub(1), (bins.1 + 1).min(width));
         for node in nodes.0..nodes.1 {
-            let (mut before, mut here) = (0.0, 0.0);
-            if bins.0 > 0 {
-                before = self.power(node, bins.0 - 1);
-            }
-            for bin in bins.0..=bins.1 {
-                let next = self.power(node, bin);
-                if bin > bins.0 && here >= least && here > before && here >= next {
-                    let above = node.checked_sub(1).map_or(0.0, |n| self.power(n, bin - 1));
-                    if here > above && here >= self.power(node + 1, bin - 1) {
-                        self.wait(self.level(here), node, bin - 1);
+            let unit = self.image.unit(node);
+            // The cast saturates.
+            let least = (LEAST * self.noise / (unit * unit)) as u32;
+            let Some(row) = self.words.get(node * width + from..node * width + to) else {
+                return;
+            };
+            let mut before = 0;
+            for (k, &word) in row.iter().enumerate() {
+                let here = squared(word);
+                // Most cells are noise.
+                if here >= least && here > before {
+                    let bin = from + k;
+                    let next = row.get(k + 1).map_or(0, |&x| squared(x));
+                    let place = Place { node, bin };
+                    if here >= next
+                        && (bins.0..bins.1).contains(&bin)
+                        && let Some(level) = peak_level(self.image, self.words, place)
+                    {
+                        self.waiting.push(level, place);
                     }
                 }
-                if bin > bins.0 {
-                    before = here;
-                }
-                here = next;
+                before = here;
             }
         }
     }
 
     /// Returns the local maximum next to a cell.
-    fn climb(&self, mut node: usize, mut bin: usize) -> (usize, usize) {
+    fn climb(&self, mut place: Place) -> Place {
         for _ in 0..4 {
-            let mut best = (self.power(node, bin), node, bin);
-            for n in node.saturating_sub(1)..=node + 1 {
-                for b in bin.saturating_sub(1)..=bin + 1 {
-                    let power = self.power(n, b);
+            let mut best = (self.power(place), place);
+            for node in place.node.saturating_sub(1)..=place.node + 1 {
+                for bin in place.bin.saturating_sub(1)..=place.bin + 1 {
+                    let near = Place { node, bin };
+                    let power = self.power(near);
                     if power > best.0 {
-                        best = (power, n, b);
+                        best = (power, near);
                     }
                 }
             }
-            if (best.1, best.2) == (node, bin) {
+            if best.1 == place {
                 break;
             }
-            (node, bin) = (best.1, best.2);
+            place = best.1;
         }
-        (node, bin)
+        place
     }
 
     /// Returns the power of the error that the points found so far leave in a cell.
-    pub fn error(&self, node: usize, bin: usize) -> f32 {
+    fn error(&self, place: Place) -> f32 {
         let sigma = self.image.nodes().lobe_sigma();
+        let per_sigma = 1.0 / (ANGLE_MARGIN * sigma);
         let range = &self.range;
-        let native = range.first_native + bin as f32 * range.native_per_bin;
+        let native = range.native(place.bin as f32);
         let errors = self.found.iter().map(|p| {
-            let turn = (node as f32 - p.node) / (ANGLE_MARGIN * sigma);
-            let off = (bin as f32 - p.bin).abs();
+            let turn = (place.node as f32 - p.node) * per_sigma;
+            let off = (place.bin as f32 - p.bin).abs();
             let dark = turn.abs() > DARK;
             if dark && off > LOBE_BINS {
                 return 0.0;
             }
-            let along = if off > LOBE_BINS {
-                0.0
-            } else {
-                let w = hann(math::max(off - RANGE_MARGIN, 0.0) * range.native_per_bin);
-                w * w
+            let along = match off > LOBE_BINS {
+                true => 0.0,
+                false => range.power(math::max(off - RANGE_MARGIN, 0.0)),
             };
-            let mut share = SIDE_LOBES * along;
-            if !dark {
-                let own = range.first_native + p.bin * range.native_per_bin;
-                let mut beam = PATTERN * along + PHASE_NOISE;
-                if off * range.native_per_bin <= SKIRT_BINS {
-                    beam += SKIRT;
-                }
-                if (native + own - range.image_sum).abs() <= IMAGE_BINS {
-                    beam += IQ_IMAGE;
-                }
-                share += math::exp(-turn * turn) * beam;
+            if dark {
+                return p.power * SIDE_LOBES * along;
             }
-            p.power * share
+            let mut beam = PATTERN * along + PHASE_NOISE;
+            if off * range.native_per_bin <= SKIRT_BINS {
+                beam += SKIRT;
+            }
+            if (native + range.native(p.bin) - range.image_sum).abs() <= IMAGE_BINS {
+                beam += IQ_IMAGE;
+            }
+            p.power * (SIDE_LOBES * along + math::exp(-turn * turn) * beam)
         });
         errors.sum()
     }
 
-    /// Returns the point at the local maximum (`node`, `bin`).
-    fn locate(&self, node: usize, bin: usize) -> Component {
-        let log = |n: Option<usize>, b: Option<usize>| match (n, b) {
-            (Some(n), Some(b)) => math::ln(self.power(n, b) + 1e-6 * self.noise),
-            _ => f32::NEG_INFINITY,
+    /// Returns the point at a local maximum, without its contrast.
+    fn locate(&self, place: Place) -> Component {
+        let Place { node, bin } = place;
+        let log = |node: usize, bin: usize| {
+            math::ln(self.power(Place { node, bin }) + FLOOR * self.noise)
         };
-        let here = log(Some(node), Some(bin));
-        let (less, more) = (
-            log(node.checked_sub(1), Some(bin)),
-            log(Some(node + 1), Some(bin)),
-        );
-        let inside = node > 0 && node + 1 < self.image.nodes().count();
-        let (turn, bend) = if inside {
-            vertex(less, here, more)
-        } else {
-            (0.0, 0.0)
+        let here = log(node, bin);
+        // Beyond the first and the last node and bin it is dark: there the peak stays in its cell.
+        let (turn, bend) = match node > 0 && node + 1 < self.image.nodes().count() {
+            true => vertex(log(node - 1, bin), here, log(node + 1, bin)),
+            false => (0.0, 0.0),
+        };
+        let (shift, _) = match bin > 0 && bin + 1 < self.image.bins() {
+            true => vertex(log(node, bin - 1), here, log(node, bin + 1)),
+            false => (0.0, 0.0),
         };
         let sigma = self.image.nodes().lobe_sigma();
-        let point = 1.0 / (sigma * sigma);
-        let width = if bend > 0.02 * point {
-            math::sqrt(point / bend)
-        } else {
-            9.0
-        };
-        let (less, more) = (
-            log(Some(node), bin.checked_sub(1)),
-            log(Some(node), Some(bin + 1)),
-        );
-        let (shift, _) = if bin > 0 && bin + 1 < self.image.bins() {
-            vertex(less, here, more)
-        } else {
-            (0.0, 0.0)
-        };
+        let share = bend * sigma * sigma;
         let mut found = Component {
             node: node as f32 + turn,
             bin: bin as f32 + shift,
-            width,
+            width: match share > FLAT {
+                true => 1.0 / math::sqrt(share),
+                false => FLAT_WIDTH,
+            },
             ..Component::default()
         };
-        found.amplitude = self.amplitude(&found, node, bin);
+        found.amplitude = self.amplitude(&found, place);
         let [re, im] = found.amplitude;
         found.power = re * re + im * im;
         found
     }
 
-    /// Returns the least-squares amplitude of a point from the cells around (`node`, `bin`).
-    fn amplitude(&self, point: &Component, node: usize, bin: usize) -> [f32; 2] {
+    /// Returns the least-squares amplitude of a point from the cells around a place.
+    fn amplitude(&self, point: &Component, place: Place) -> [f32; 2] {
         let (mut sum, mut norm) = ([0.0f32; 2], 0.0);
-        for b in bin.saturating_sub(1)..=bin + 1 {
-            let (along, [cos, sin]) = self.along(point, b);
-            for n in node.saturating_sub(1)..=node + 1 {
-                let r = along * self.lobe(point, n);
-                let [re, im] = self.cell(n, b);
-                sum[0] += r * (re * cos + im * sin);
-                sum[1] += r * (im * cos - re * sin);
-                norm += r * r;
+        let first = place.node.saturating_sub(1);
+        let lobes: [f32; 3] = core::array::from_fn(|k| self.lobe(point, first + k));
+        let nearest = place.bin.saturating_sub(1);
+        let mut along = [[0.0; 2]; 3];
+        self.range.along(nearest as f32 - point.bin, &mut along);
+        for (bin, [along_re, along_im]) in (nearest..=place.bin + 1).zip(along) {
+            for (k, lobe) in lobes.into_iter().enumerate() {
+                let node = first + k;
+                let [re, im] = self.cell(Place { node, bin });
+                let [r, i] = [along_re * lobe, along_im * lobe];
+                sum = [sum[0] + re * r + im * i, sum[1] + im * r - re * i];
+                norm += r * r + i * i;
             }
         }
         let per = 1.0 / math::max(norm, f32::MIN_POSITIVE);
-        [sum[0] * per, sum[1] * per]
+        sum.map(|part| part * per)
     }
 
-    /// Returns the response of a point in bin `b`: size, and phasor.
-    fn along(&self, point: &Component, b: usize) -> (f32, [f32; 2]) {
-        let off = b as f32 - point.bin;
-        let (sin, cos) = math::sin_cos(-self.range.radians_per_bin * off);
-        (hann(off * self.range.native_per_bin), [cos, sin])
-    }
-
-    /// Returns the lobe of a point in node `n`, in voltage.
-    fn lobe(&self, point: &Component, n: usize) -> f32 {
-        let t = (n as f32 - point.node) / self.image.nodes().lobe_sigma();
+    /// Returns the lobe of a point in a node, in voltage.
+    fn lobe(&self, point: &Component, node: usize) -> f32 {
+        let t = (node as f32 - point.node) / self.image.nodes().lobe_sigma();
         math::exp(-0.5 * t * t)
     }
 
-    /// Subtracts a point's response.
+    /// Subtracts a point's response, as far as it exceeds the noise.
+    #[inline(never)]
     fn subtract(&mut self, point: &Component) {
-        let bins = self.image.bins();
+        let width = self.image.bins();
+        // The casts saturate.
         let (node, bin) = (
             math::round(point.node) as usize,
             math::round(point.bin) as usize,
         );
+        let size = math::sqrt(point.power);
+        let least = NEGLIGIBLE * math::sqrt(self.noise) / size;
         let first = bin.saturating_sub(response::REACH);
-        let end = (bin + response::REACH + 1).min(bins);
-        let mut responses = [[0.0f32; 2]; 2 * response::REACH + 1];
-        for (r, b) in responses.iter_mut().zip(first..end) {
-            let (along, [cos, sin]) = self.along(point, b);
-            let [re, im] = point.amplitude;
-            *r = [along * (re * cos - im * sin), along * (re * sin + im * cos)];
+        let end = (bin + response::REACH + 1).min(width);
+        let mut responses = [Response::default(); RESPONSE_BINS];
+        let mut along = [[0.0; 2]; RESPONSE_BINS];
+        self.range.along(first as f32 - point.bin, &mut along);
+        let [a, b] = point.amplitude.map(|part| part / size);
+        for (response, [re, im]) in responses.iter_mut().zip(along).take(end - first) {
+            *response = Response::new(re * a - im * b, re * b + im * a);
         }
-        let last = (node + REACH_NODES + 1).min(self.image.nodes().count());
-        for n in node.saturating_sub(REACH_NODES)..last {
-            let scale = self.lobe(point, n) / self.image.unit(n);
-            let Some(cells) = self.words.get_mut(n * bins + first..n * bins + end) else {
-                return;
-            };
-            for (word, [re, im]) in cells.iter_mut().zip(responses) {
-                let x = Packed(*word);
-                // The casts saturate.
-                let part = |x: i16, r: f32| math::round(f32::from(x) - scale * r) as i16;
-                *word = Packed::new(part(x.re(), re), part(x.im(), im)).0;
+        // Below the noise from the same bin on at both ends.
+        let seen = |response: &Response| !response.is_below(least);
+        let begin = responses.iter().position(seen).unwrap_or(0);
+        let end = responses.iter().rposition(seen).map_or(0, |last| last + 1);
+        let responses = responses.get(begin..end).unwrap_or(&[]);
+        let first = first + begin;
+        let from = node.saturating_sub(REACH_NODES);
+        for n in (from..self.image.nodes().count()).take(LOBE_NODES) {
+            let lobe = self.lobe(point, n);
+            if lobe < least {
+                continue;
+            }
+            // A mantissa has 15 bits, so that this fits. The cast saturates.
+            let scale = (lobe * size * Response::SCALE / self.image.unit(n)) as i32;
+            let cells = self.words.get_mut(n * width + first..).unwrap_or(&mut []);
+            for (word, response) in cells.iter_mut().zip(responses) {
+                *word = response.subtracted(Packed(*word), scale).0;
             }
         }
     }
+}
+
+/// Response of a point in one bin, relative to the point's amplitude, in units of 2⁻¹⁴.
+#[derive(Clone, Copy, Default)]
+struct Response {
+    re: i32,
+    im: i32,
+}
+
+impl Response {
+    /// Bits of the parts.
+    const BITS: u32 = 14;
+    /// Factor of a scale: with it, the product of scale and part is in mantissas times 2¹⁶.
+    const SCALE: f32 = 4.0;
+
+    fn new(re: f32, im: f32) -> Self {
+        let part = |x: f32| (x * (1 << Self::BITS) as f32) as i32;
+        Self {
+            re: part(re),
+            im: part(im),
+        }
+    }
+
+    /// Whether both parts are below a share of the point's amplitude.
+    fn is_below(&self, least: f32) -> bool {
+        // The cast saturates.
+        let least = (least * (1 << Self::BITS) as f32) as i32;
+        self.re.abs() < least && self.im.abs() < least
+    }
+
+    /// Returns a cell less this response times a scale.
+    #[inline(always)]
+    fn subtracted(&self, x: Packed, scale: i32) -> Packed {
+        let part = |x: i16, r: i32| {
+            let product = (i64::from(scale) * i64::from(r) + (1 << 15)) >> 16;
+            let left = i32::from(x) - product as i32;
+            left.clamp(i16::MIN.into(), i16::MAX.into()) as i16
+        };
+        Packed::new(part(x.re(), self.re), part(x.im(), self.im))
+    }
+}
+
+/// Returns the level of a maximum over the bins if it is one over the nodes, too.
+fn peak_level(image: &CoherentImage, words: &[u32], place: Place) -> Option<u16> {
+    let power = |node: usize| {
+        let [re, im] = image.cell(words, node, place.bin);
+        re * re + im * im
+    };
+    let here = power(place.node);
+    let above = place.node.checked_sub(1).map_or(0.0, power);
+    (here > above && here >= power(place.node + 1)).then(|| Waiting::level(here))
+}
+
+/// Returns the power of a cell's mantissas.
+#[inline(always)]
+fn squared(word: u32) -> u32 {
+    let x = Packed(word);
+    let (re, im) = (i32::from(x.re()), i32::from(x.im()));
+    (re * re) as u32 + (im * im) as u32
 }
 
 /// Returns vertex (at most 0.6 from the middle) and curvature of the parabola through three logarithms.

@@ -4,11 +4,9 @@ use super::drift::Drift;
 use super::nodes::{self, MAX_NODES, MAX_OPEN, Nodes};
 use super::reference::CoherentRow;
 use crate::math;
-use crate::signal::grid::PolarMap;
+use crate::signal::grid::{MAX_BINS, PolarMap};
 use crate::signal::range::packed::{Native, Packed, turn};
 
-/// Number of 32-bit words of the memory that an image needs: 64 KB.
-pub const WORDS: usize = 16 * 1024;
 /// Bits of the sums below amplitude 1: a point of full scale gains less than 2³ (√2 · 5.5 with the default beam), and
 /// the noise of a 16-bit converter is some 2¹⁴.
 const FRACTION_BITS: i32 = 27;
@@ -16,6 +14,8 @@ const FRACTION_BITS: i32 = 27;
 const PRODUCT_SHIFT: u32 = 16;
 /// Levels of the histogram per octave of power.
 const LEVELS_PER_OCTAVE: f32 = 4.0;
+/// Number of words of the histogram: one a level.
+const HISTOGRAM: usize = 256;
 /// Octaves of power in the sums' unit at which the histogram begins.
 const FIRST_OCTAVE: i32 = 8;
 /// Largest number in Q15.
@@ -24,7 +24,8 @@ const Q15: f32 = 32_767.0;
 const LN_2: f32 = core::f32::consts::LN_2;
 
 /// Coherent image of a scan. Its cells are in the memory that is passed to each function, `nodes × bins` words with two
-/// 16-bit parts, and behind them the sums of the nodes that are still open, two words a cell.
+/// 16-bit parts, and behind them the sums of the nodes that are still open, two words a cell. At its end are the number of
+/// cells by level, in quarter octaves of power, and the row before.
 #[derive(Clone, Debug)]
 pub struct CoherentImage {
     nodes: Nodes,
@@ -32,12 +33,12 @@ pub struct CoherentImage {
     /// Nodes that are open: the first, and the one behind the last.
     open: (usize, usize),
     drift: Drift,
+    /// Whether the chair moves, so that echoes turn from row to row.
+    pub moving: bool,
     /// Whether a row has been added.
     begun: bool,
     /// Exponent of each node's cells: a mantissa of 1 is 2^exponent units of the sums.
     exponents: [u8; MAX_NODES],
-    /// Number of cells by level, in quarter octaves of power.
-    histogram: [u16; 256],
 }
 
 impl Default for CoherentImage {
@@ -54,23 +55,24 @@ impl CoherentImage {
             bins: 0,
             open: (0, 0),
             drift: Drift::new(),
+            moving: false,
             begun: false,
             exponents: [0; MAX_NODES],
-            histogram: [0; 256],
         }
     }
 
     /// Prepares for the first row of a scan with the shape of `map`, in a memory of `words` words.
     pub fn begin(&mut self, map: &PolarMap, words: usize) {
+        self.moving = false;
         let bins = map.bins().max(1);
-        let most = (words / bins).saturating_sub(2 * MAX_OPEN);
+        let cells = words.saturating_sub(MAX_BINS + HISTOGRAM);
+        let most = (cells / bins).saturating_sub(2 * MAX_OPEN);
         self.nodes = Nodes::of(map, most);
         self.bins = map.bins();
         self.open = (0, 0);
         self.begun = false;
         self.drift.begin();
         self.exponents.fill(0);
-        self.histogram.fill(0);
     }
 
     /// Returns the angles of the nodes.
@@ -87,7 +89,10 @@ impl CoherentImage {
     pub fn add(&mut self, words: &mut [u32], angle_rad: f32, row: &mut CoherentRow<'_>) {
         let around = self.nodes.around(angle_rad);
         self.advance(words, around);
-        let turned_rad = self.drift.row(row);
+        let turned_rad = match self.moving || !row.referenced {
+            true => self.drift.row(row, last(words, MAX_BINS)),
+            false => 0.0,
+        };
         if turned_rad != 0.0 {
             let (sin, cos) = math::sin_cos(-turned_rad);
             turn::<Native>(
@@ -144,6 +149,9 @@ impl CoherentImage {
 
     /// Turns the sums of node `j` into cells with a common exponent.
     fn close(&mut self, words: &mut [u32], j: usize) {
+        let behind = words.len().saturating_sub(MAX_BINS + HISTOGRAM);
+        let (words, histogram) = words.split_at_mut(behind);
+        let histogram = histogram.get_mut(..HISTOGRAM).unwrap_or_default();
         let (cells, sums) = words
             .split_at_mut_checked(self.nodes.count() * self.bins)
             .unwrap_or_default();
@@ -173,7 +181,8 @@ impl CoherentImage {
             *cell = Packed::new(re as i16, im as i16).0;
             let power = (re * re) as u32 + (im * im) as u32;
             let level = level(power) + LEVELS_PER_OCTAVE as i32 * octaves;
-            if let Some(count) = self.histogram.get_mut(level.clamp(0, 255) as usize) {
+            let level = level.clamp(0, HISTOGRAM as i32 - 1);
+            if let Some(count) = histogram.get_mut(level as usize) {
                 *count += 1;
             }
         }
@@ -181,12 +190,14 @@ impl CoherentImage {
 
     /// Returns the mean power of the noise in a cell, by the median of all cells; a full-scale tone in one row has power 1.
     /// `None` without cells.
-    pub fn noise(&self) -> Option<f32> {
-        let total: u32 = self.histogram.iter().map(|&n| u32::from(n)).sum();
+    pub fn noise(&self, words: &[u32]) -> Option<f32> {
+        let first = words.len().checked_sub(MAX_BINS + HISTOGRAM)?;
+        let histogram = words.get(first..first + HISTOGRAM)?;
+        let total: u32 = histogram.iter().sum();
         let half = total as f32 * 0.5;
         let mut below = 0.0;
-        for (level, &n) in self.histogram.iter().enumerate() {
-            let n = f32::from(n);
+        for (level, &n) in histogram.iter().enumerate() {
+            let n = n as f32;
             if n > 0.0 && below + n >= half {
                 let level = level as f32 + (half - below) / n;
                 let octaves = level / LEVELS_PER_OCTAVE + (FIRST_OCTAVE - 2 * FRACTION_BITS) as f32;
@@ -210,13 +221,20 @@ impl CoherentImage {
     /// Returns the amplitude of a mantissa of 1 in node `j`.
     pub fn unit(&self, j: usize) -> f32 {
         let exponent = self.exponents.get(j).copied().unwrap_or(0);
-        math::exp2((i32::from(exponent) - FRACTION_BITS) as f32)
+        // 2^(exponent - FRACTION_BITS).
+        f32::from_bits(((i32::from(exponent) - FRACTION_BITS + 127) as u32) << 23)
     }
 
     /// Returns the gain in power of a point over one cell of the map.
     pub fn gain(map: &PolarMap) -> f32 {
         nodes::energy(map.geometry())
     }
+}
+
+/// Returns the last `count` words.
+fn last(words: &mut [u32], count: usize) -> &mut [u32] {
+    let first = words.len().saturating_sub(count);
+    words.get_mut(first..).unwrap_or_default()
 }
 
 /// Returns ⌊weight · x / 2¹⁶⌋.

@@ -5,7 +5,6 @@
 
 use super::reference::CoherentRow;
 use crate::math;
-use crate::signal::grid::MAX_BINS;
 use crate::signal::range::packed::Packed;
 
 /// Minimum power of a bin over the noise, in two neighbouring rows, whose phase counts: noise has it once in 10^6 rows.
@@ -22,7 +21,6 @@ const MOVES_SIGMAS: f32 = 4.0;
 /// Fading mean of the phase changes, weighted with power, and the phase turned so far.
 #[derive(Clone, Debug)]
 pub struct Drift {
-    before: [Packed; MAX_BINS],
     /// Mean power of the noise in a bin; 0 before the first row.
     noise: f32,
     sum: [f32; 2],
@@ -36,7 +34,6 @@ impl Drift {
     /// Returns the state before the first row.
     pub const fn new() -> Self {
         Self {
-            before: [Packed::ZERO; MAX_BINS],
             noise: 0.0,
             sum: [0.0; 2],
             variance: 0.0,
@@ -47,14 +44,14 @@ impl Drift {
 
     /// Prepares for the first row of a scan.
     pub fn begin(&mut self) {
-        self.before.fill(Packed::ZERO);
         self.noise = 0.0;
         (self.sum, self.variance) = ([0.0; 2], 0.0);
         (self.change_rad, self.turned_rad) = (0.0, 0.0);
     }
 
-    /// Takes the next row; returns the phase that echoes have turned since the first row, radians.
-    pub fn row(&mut self, row: &CoherentRow<'_>) -> f32 {
+    /// Takes the next row; returns the phase that echoes have turned since the first row, radians. `before` is the memory of
+    /// the row before, zeros before the first one.
+    pub fn row(&mut self, row: &CoherentRow<'_>, before: &mut [u32]) -> f32 {
         let scale = row.unit * row.unit;
         self.track_noise(row.bins, scale);
         // Without a reference each chirp begins with another phase.
@@ -62,9 +59,9 @@ impl Drift {
         self.sum = self.sum.map(|s| s * fades);
         self.variance *= fades * fades;
         let mut strong = false;
-        for (x, before) in row.bins.iter().zip(&mut self.before) {
-            let [a, b, c, d] = [x.re(), x.im(), before.re(), before.im()].map(f32::from);
-            *before = *x;
+        for (x, kept) in row.bins.iter().zip(before) {
+            let then = Packed(core::mem::replace(kept, x.0));
+            let [a, b, c, d] = [x.re(), x.im(), then.re(), then.im()].map(f32::from);
             let (now, then) = ((a * a + b * b) * scale, (c * c + d * d) * scale);
             if math::min(now, then) > STRONG * self.noise {
                 strong = true;

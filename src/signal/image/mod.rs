@@ -20,22 +20,24 @@
 //! | `coherent` | rows → image, in fixed point; its noise |
 //! | `drift` | rows → phase that echoes turn while the chair moves |
 //! | `response` | window → response of a point over the range |
+//! | `waiting` | local maxima that wait, the strongest first |
 //! | `clean` | image → points, strongest first, by CLEAN |
+//! | `memory` | the words in which the image is made |
 //! | `points` | points → echoes with standard deviations |
 
 mod clean;
 mod coherent;
 mod drift;
+mod memory;
 mod nodes;
 mod points;
 mod reference;
 mod response;
+mod waiting;
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
-pub use clean::{Clean, Component, RangeResponse};
-pub use coherent::{CoherentImage, WORDS};
-pub use nodes::Nodes;
+pub use memory::{ImageMemory, WORDS};
 pub use points::KeptImage;
 pub use reference::CoherentRow;

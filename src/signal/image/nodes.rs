@@ -88,11 +88,6 @@ impl Nodes {
         self.sigma_rad
     }
 
-    /// Returns the angle between neighbouring nodes, radians.
-    pub fn spacing_rad(&self) -> f32 {
-        self.spacing_rad
-    }
-
     /// Returns the nodes whose filter reaches a row at this angle: the first, and the one behind the last.
     pub fn around(&self, angle_rad: f32) -> (usize, usize) {
         let (at, reach) = (

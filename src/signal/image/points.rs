@@ -1,53 +1,72 @@
 //! Points of the coherent image as echoes, with the standard deviations of their positions.
 
-use super::{Clean, CoherentImage, CoherentRow, Component, RangeResponse, WORDS};
+use super::clean::{Clean, Component};
+use super::coherent::CoherentImage;
+use super::memory::ImageMemory;
+use super::reference::CoherentRow;
+use super::response::RangeResponse;
 use crate::config::Config;
 use crate::math;
 use crate::params::image::PATTERN;
-use crate::signal::echoes::{Echo, Echoes};
+use crate::signal::echoes::{Echo, FoundEchoes};
 use crate::signal::grid::PolarMap;
+use crate::signal::range::FULL_SCALE;
 
 /// Standard deviation of a point's range at a power ratio of 1 to the noise of the image, native bins: of the vertex of the
 /// parabola through three bins behind a Hann window. The bound of Cramér and Rao is 0.32.
 const RANGE_SIGMA: f32 = 0.55;
 
-/// An image with a memory of its own, as it was before its echoes were detected.
-#[derive(Clone, Debug)]
+/// Map units per octave of power.
+const LEVELS_PER_OCTAVE: f32 = 8.0;
+
+/// An image with its memory.
+#[derive(Debug, Default)]
+#[cfg_attr(not(target_os = "none"), derive(Clone))]
 pub struct KeptImage {
     image: CoherentImage,
-    words: [u32; WORDS],
-}
-
-impl Default for KeptImage {
-    fn default() -> Self {
-        Self::new()
-    }
+    memory: ImageMemory,
 }
 
 impl KeptImage {
-    /// Returns an image without nodes.
+    /// Returns an image without nodes; on the chip it has no memory yet.
     pub const fn new() -> Self {
         Self {
             image: CoherentImage::new(),
-            words: [0; WORDS],
+            memory: ImageMemory::new(),
         }
     }
 
-    /// Prepares for the first row of a scan with the shape of `map`.
+    /// Returns the memory.
+    pub fn memory_mut(&mut self) -> &mut ImageMemory {
+        &mut self.memory
+    }
+
+    /// Returns whether there is a memory for images.
+    pub fn is_possible(&self) -> bool {
+        !self.memory.words().is_empty()
+    }
+
+    /// Prepares for the first row of a scan with the shape of `map`, of a chair that stands.
     pub fn begin(&mut self, map: &PolarMap) {
-        self.image.begin(map, self.words.len());
+        self.image.begin(map, self.memory.words().len());
+    }
+
+    /// States that from the next row on the chair may move. Where it stands, the phases of rows with a reference stay as
+    /// they are: a wide face turns the phase of what stands, too.
+    pub fn expect_motion(&mut self) {
+        self.image.moving = true;
     }
 
     /// Adds a row seen at `angle_rad`.
     pub fn add(&mut self, angle_rad: f32, row: &mut CoherentRow<'_>) {
-        self.image.add(&mut self.words, angle_rad, row);
+        self.image.add(self.memory.words_mut(), angle_rad, row);
     }
 
     /// Closes the image after the last row; returns the mean power of its noise, a full-scale tone in one row having power
     /// 1, or `None` without rows.
     pub fn finish(&mut self) -> Option<f32> {
-        self.image.finish(&mut self.words);
-        self.image.noise()
+        self.image.finish(self.memory.words_mut());
+        self.image.noise(self.memory.words())
     }
 
     /// Returns the power of a finished image at an angle and a stored bin, interpolated between the nodes; 0 outside.
@@ -58,7 +77,7 @@ impl KeptImage {
         }
         let node = at as usize;
         let share = at - node as f32;
-        let words = &self.words;
+        let words = self.memory.words();
         let [a, b] = [node, node + 1].map(|node| self.image.cell(words, node, bin));
         let [re, im] = core::array::from_fn(|k| {
             let [a, b] = [a, b].map(|cell| cell.get(k).copied().unwrap_or(0.0));
@@ -67,14 +86,17 @@ impl KeptImage {
         re * re + im * im
     }
 
-    /// Detects the echoes of a finished image and writes them to `echoes`, strongest first; the image then holds what is
+    /// Detects the echoes of a finished image and writes them to `found`, strongest first; the image then holds what is
     /// left.
     #[inline(never)]
-    pub fn detect(&mut self, map: &PolarMap, config: &Config, echoes: &mut Echoes) {
+    pub fn detect(&mut self, map: &PolarMap, config: &Config, found: &mut FoundEchoes) {
+        let echoes = &mut found.echoes;
         echoes.clear();
-        let Some(noise) = self.image.noise() else {
+        let Some(noise) = self.image.noise(self.memory.words()) else {
+            found.noise = 0.0;
             return;
         };
+        found.noise = f32::from(FULL_SCALE) + LEVELS_PER_OCTAVE * math::log2(noise);
         let offset_m = config.mount.mirror_offset_m();
         let native_per_bin = map.geometry().bin_m / config.radar.range_resolution_m();
         let range = RangeResponse {
@@ -88,7 +110,7 @@ impl KeptImage {
                 true => f32::INFINITY,
             },
         };
-        let mut clean = Clean::new(&self.image, &mut self.words, range, noise);
+        let mut clean = Clean::new(&self.image, self.memory.words_mut(), range, noise);
         clean.run();
         for point in &clean.found {
             let mut echo = echo(point, map, &clean, native_per_bin);

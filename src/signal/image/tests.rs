@@ -3,10 +3,9 @@
 use super::*;
 use crate::config::Config;
 use crate::params::Params;
-use crate::signal::echoes::Echoes;
 use crate::signal::echoes::tests::{map, noise, uniform};
-use crate::signal::echoes::two_way_sigma;
-use crate::signal::grid::PolarMap;
+use crate::signal::echoes::{Echoes, FoundEchoes};
+use crate::signal::grid::{PolarMap, two_way_sigma};
 use crate::signal::range::FULL_SCALE;
 use crate::signal::range::packed::Packed;
 use core::f64::consts::{PI, TAU};
@@ -19,7 +18,7 @@ const NOISE: u8 = 80;
 const MANTISSA: f64 = 8.0;
 
 /// A synthetic scan: its map, and its rows as complex numbers.
-struct Seen {
+pub(crate) struct Seen {
     map: Box<PolarMap>,
     rows: Vec<Vec<Packed>>,
 }
@@ -34,7 +33,7 @@ impl Deref for Seen {
 
 impl Seen {
     /// Returns the scan whose map has the power `power`, and whose rows are `cell`; power 1 is the noise's.
-    fn new(
+    pub(crate) fn new(
         config: &Config,
         power: impl Fn(usize, usize) -> f64,
         cell: impl Fn(usize, usize) -> [f64; 2],
@@ -55,9 +54,18 @@ impl Seen {
     }
 
     /// Returns the coherent image, with the rows in either direction, each turned by the phase that `turn` gives.
-    fn turned(&self, backwards: bool, referenced: bool, turn: impl Fn(usize) -> f64) -> KeptImage {
-        let mut image = KeptImage::new();
+    fn turned(
+        &self,
+        backwards: bool,
+        referenced: bool,
+        moving: bool,
+        turn: impl Fn(usize) -> f64,
+    ) -> Box<KeptImage> {
+        let mut image = Box::new(KeptImage::new());
         image.begin(&self.map);
+        if moving {
+            image.expect_motion();
+        }
         let units = (f64::from(NOISE) - f64::from(FULL_SCALE)) / 16.0;
         let last = self.rows.len().saturating_sub(1);
         for k in 0..=last {
@@ -82,26 +90,36 @@ impl Seen {
     }
 
     /// Returns the coherent image, with the rows in either direction.
-    fn image(&self, backwards: bool) -> KeptImage {
-        self.turned(backwards, true, |_| 0.0)
+    fn image(&self, backwards: bool) -> Box<KeptImage> {
+        self.turned(backwards, true, false, |_| 0.0)
+    }
+
+    /// Returns what the detection finds, with the rows in either direction.
+    pub(crate) fn found(&self, config: &Config, backwards: bool) -> FoundEchoes {
+        found(&mut self.image(backwards), self, config)
     }
 
     /// Returns the echoes of the scan.
     fn echoes(&self, config: &Config) -> Echoes {
-        echoes(&mut self.image(false), self, config)
+        self.found(config, false).echoes
     }
+}
+
+/// Returns what the detection finds in an image of `map`.
+fn found(image: &mut KeptImage, map: &PolarMap, config: &Config) -> FoundEchoes {
+    let mut found = FoundEchoes::NONE;
+    image.finish();
+    image.detect(map, config, &mut found);
+    found
 }
 
 /// Returns the echoes of an image of `map`.
 fn echoes(image: &mut KeptImage, map: &PolarMap, config: &Config) -> Echoes {
-    let mut echoes = Echoes::new();
-    image.finish();
-    image.detect(map, config, &mut echoes);
-    echoes
+    found(image, map, config).echoes
 }
 
 /// Returns a scan of point scatterers (x, y, dB above the noise) with noise.
-fn scene(config: &Config, points: &[(f32, f32, f64)]) -> Seen {
+pub(crate) fn scene(config: &Config, points: &[(f32, f32, f64)]) -> Seen {
     drawn(config, points, 7)
 }
 
@@ -285,7 +303,7 @@ fn a_drive_turns_all_phases_and_hides_nothing() {
     let config = Config::default();
     let scan = scene(&config, &[(0.8, 0.0, 25.0), (1.2, 0.25, 20.0)]);
     for change in [0.0, 0.05, 0.6, 2.0, 3.1, -1.3] {
-        let mut image = scan.turned(false, true, |k| change * k as f64);
+        let mut image = scan.turned(false, true, true, |k| change * k as f64);
         let found = echoes(&mut image, &scan, &config);
         assert!(
             has(&found, 0.8, 0.0) && has(&found, 1.2, 0.25),
@@ -300,7 +318,13 @@ fn without_a_mirror_each_row_has_its_phase_by_the_row_before() {
     let config = Config::default();
     let scan = scene(&config, &[(0.8, 0.0, 30.0)]);
     let begun = |k: usize| TAU * uniform(k, 0, 3);
-    let seen = |referenced| echoes(&mut scan.turned(false, referenced, begun), &scan, &config);
+    let seen = |referenced| {
+        echoes(
+            &mut scan.turned(false, referenced, false, begun),
+            &scan,
+            &config,
+        )
+    };
     let (with, without) = (seen(false), seen(true));
     assert!(with[0].snr_db > 28.0, "{with:?}");
     assert!(

@@ -1,4 +1,4 @@
-//! `coherent REC…`: what the coherent image shows beside today's echoes, on recordings with truth.
+//! `coherent REC…`: top edges that the echoes show, and ground that the coherent image shows, on recordings with truth.
 
 use std::path::PathBuf;
 use std::process::ExitCode;

@@ -16,6 +16,7 @@ pub mod params;
 pub mod reasons;
 pub mod sbom;
 pub mod sequences;
+pub mod shift;
 pub mod snr;
 pub mod soak;
 pub mod table1;

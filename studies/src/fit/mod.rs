@@ -110,10 +110,7 @@ fn first_scan_with<R>(
         }
         let mut listener = Listener::default();
         let estimator = Likelihood::new().measuring(g);
-        let scan = scanned.answer.scan.scan;
-        let (map, config) = (scanned.pipeline.map(), scanned.config);
-        let mut outcome =
-            inspect::repeat_with(estimator, map, config, scan, &scanned.drive, &mut listener);
+        let mut outcome = inspect::repeat_with(estimator, scanned, &mut listener);
         outcome.answer.link();
         seen = Some(look(scanned, truth, outcome, listener));
     })?;

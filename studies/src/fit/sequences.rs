@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 
 use anyhow::Result;
 use stairscan::answer::{DropEdge, Step};
-use stairscan::estimator::{Estimator, MappedScan};
+use stairscan::estimator::Estimator;
 use stairscan::infer::Likelihood;
 use stairscan::observer::trace::Cell;
 use stairscan::observer::{Event, Observer};
@@ -124,22 +124,9 @@ pub fn sequence_samples(recording: &Recording) -> Result<SequenceSamples> {
     replay::answers(recording, &Options::default(), |scanned| {
         let scan = scans;
         scans += 1;
-        let (map, config) = (scanned.pipeline.map(), scanned.config);
-        let number = scanned.answer.scan.scan;
-        let drive = &scanned.drive;
         let run = |estimator: &mut Likelihood, past: Option<&mut History>| -> (Outcome, Listener) {
             let mut listener = Listener::default();
-            estimator.begin(map);
-            for k in 0..map.rows() {
-                estimator.row(map, k);
-            }
-            let scan = MappedScan {
-                map,
-                config,
-                number,
-                drive,
-            };
-            let mut outcome = estimator.outcome(&scan, past, &mut listener);
+            let mut outcome = estimator.outcome(&scanned.mapped(), past, &mut listener);
             outcome.answer.link();
             (outcome, listener)
         };

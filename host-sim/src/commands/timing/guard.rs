@@ -3,7 +3,7 @@
 use anyhow::{Result, anyhow};
 use serde_json::{Map, Value, json};
 use stairscan::config::Plane;
-use stairscan::scanner::pace::Cruise;
+use stairscan::scanner::pace::{Cruise, RowWork};
 use stairscan::scanner::{Schedule, Settings};
 use stairscan::signal::radar::any::row_times;
 use stairscan::signal::radar::module::{ModuleKind, RequestedSettings};
@@ -52,7 +52,7 @@ impl GuardTime {
         (module, link): (&'static str, String),
         times: RowTimes,
     ) -> Option<Self> {
-        let cruise = Cruise::new(settings, schedule, times)?;
+        let cruise = Cruise::new(settings, schedule, times, RowWork::Guard)?;
         let sweep = u64::from(cruise.sweep_us(&settings.motor, schedule));
         let rows = u64::from(schedule.rows().saturating_sub(1)) * u64::from(cruise.period_us);
         // Acceleration and deceleration, at either end.

@@ -70,11 +70,10 @@ fn of(recording: &Recording, options: &Options) -> Result<Vec<(String, CheckValu
     let mut found = Vec::new();
     replay::answers(recording, &first, |scanned| {
         let (health, map) = (scanned.pipeline.health(), scanned.pipeline.map());
-        let (config, scan) = (scanned.config, scanned.answer.scan.scan);
+        let config = scanned.config;
         let mut witness = TraceObserver::default();
         let believing = Likelihood::with(Numbers::of(&CHECKS_OFF));
-        let drive = &scanned.drive;
-        let outcome = inspect::repeat_with(believing, map, config, scan, drive, &mut witness);
+        let outcome = inspect::repeat_with(believing, scanned, &mut witness);
         let blind = health.fault(config.mount.mirror_offset > 0).is_some();
         let trusted = !blind && outcome.status() == Status::Ok;
         let mut add = |name: String, value: f64, alarm| {

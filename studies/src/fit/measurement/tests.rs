@@ -6,7 +6,7 @@ use host_sim::recording::{TrueStep, Truth};
 use host_sim::scene::maths::Random;
 use host_sim::simulation::random_scan;
 use stairscan::config::Plane;
-use stairscan::model::{Class, View};
+use stairscan::model::{Class, MIN_DB, View};
 use stairscan::params::measured;
 use stairscan::signal::echoes::Echo;
 use stairscan::signal::grid::{Geometry, PolarMap};
@@ -41,7 +41,7 @@ fn drawn(g: &Generative, rng: &mut Random) -> (f32, Vec<Sample>) {
             fade_db: 0.0,
             q,
         };
-        (snr_db > 2.8).then_some((hit, level))
+        (snr_db > MIN_DB).then_some((hit, level))
     };
     let hits = [hit(0), hit(1)];
     let room = rng.between(0.5, 2.0) as f32;
@@ -83,7 +83,7 @@ fn drawn(g: &Generative, rng: &mut Random) -> (f32, Vec<Sample>) {
         let level = loop {
             let mean = p.snr_db + 10.0 * p.snr_per_db * q;
             let snr_db = mean + p.snr_sigma_db * rng.normal() as f32;
-            if snr_db > 2.8 {
+            if snr_db > MIN_DB {
                 break Level {
                     snr_db,
                     fade_db: 0.0,

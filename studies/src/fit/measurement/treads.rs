@@ -26,8 +26,8 @@ const OTHER_M: f64 = 0.03;
 const UNKNOWN_PER_M2: f64 = 0.007;
 /// Range from the mirror at which the visible area begins, metres.
 const NEAREST_M: f64 = 0.25;
-/// Half-width of the interval that contains 95 % of a normal distribution, in standard deviations.
-const NORMAL_95: f64 = 1.96;
+/// 98.5 % quantile of the magnitude of a normal variable.
+const NORMAL_985: f64 = 2.432;
 /// Degrees per radian.
 const DEG_PER_RAD: f64 = 180.0 / PI;
 
@@ -345,8 +345,9 @@ pub fn measure(measurement_samples: &[MeasurementSample]) -> (TreadNumbers, Vec<
     (numbers, listed.numbers)
 }
 
-/// Returns the factor by which the errors of placed edges exceed their stated σ: the 95 % quantile of the errors
-/// divided by σ, over that of a normal distribution. The model with `numbers` places the edges, given the true heights
+/// Returns the factor by which the errors of placed edges exceed their stated σ: the 98.5 % quantile of the
+/// errors divided by σ, over that of a normal distribution: half of what `ok` permits. Beyond it lie edges that were
+/// mistaken for another's. The model with `numbers` places the edges, given the true heights
 /// of the treads.
 fn edge_sigma_scale(scans: &[SeenScan<'_>], numbers: TreadNumbers) -> f64 {
     // `Descending` keeps the reference.
@@ -369,8 +370,8 @@ fn edge_sigma_scale(scans: &[SeenScan<'_>], numbers: TreadNumbers) -> f64 {
     };
     let mut errors: Vec<f64> = scans.par_iter().flat_map_iter(of).collect();
     errors.sort_by(f64::total_cmp);
-    let within = errors.get((errors.len() * 95).div_ceil(100).saturating_sub(1));
-    within.map_or(1.0, |z| z / NORMAL_95)
+    let within = errors.get((errors.len() * 985).div_ceil(1000).saturating_sub(1));
+    within.map_or(1.0, |z| z / NORMAL_985)
 }
 
 /// Log-likelihood of the echoes near an end: the rate of the tread up to it plus the echoes of the end itself. `p`

@@ -13,7 +13,7 @@ use stairscan::motion::odometry::MAX_AGE_US;
 use stairscan::report::Sentence;
 use stairscan::scanner::command::framed;
 use stairscan::scanner::mirror::Stepper;
-use stairscan::scanner::pace::Cruise;
+use stairscan::scanner::pace::{Cruise, RowWork};
 use stairscan::scanner::settings::SweepMode;
 use stairscan::scanner::{BootInfo, Hardware, LentParts, Reports, Scanner, Schedule, Settings};
 
@@ -218,12 +218,12 @@ impl<'a> Life<'a> {
         guard.config.sweep = settings.guard.sweep();
         let wire = self.run.world.borrow().module.get().wire;
         let times = wire.row_times(RadarConfig::DEFAULT.samples);
-        let turns: Vec<_> = [settings, &guard]
+        let turns: Vec<_> = [(settings, RowWork::Scan), (&guard, RowWork::Guard)]
             .into_iter()
-            .filter(|settings| settings.sweep_mode == SweepMode::Continuous)
-            .filter_map(|settings| {
+            .filter(|(settings, _)| settings.sweep_mode == SweepMode::Continuous)
+            .filter_map(|(settings, work)| {
                 let schedule = Schedule::new(&settings.config).ok()?;
-                Some((Cruise::new(settings, &schedule, times)?, schedule))
+                Some((Cruise::new(settings, &schedule, times, work)?, schedule))
             })
             .collect();
         self.run.world.borrow_mut().shaft.expect_turns(&turns);
