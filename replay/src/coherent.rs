@@ -30,7 +30,8 @@ impl CoherentView {
     /// Finds the echoes of a scan's coherent image; `None` without an image or without rows.
     pub fn of(scanned: &Scanned<'_>) -> Option<Box<Self>> {
         let mut image = scanned.image?.clone();
-        let noise = image.finish()?;
+        image.finish();
+        let noise = image.noise()?;
         let (map, config) = (scanned.pipeline.map(), scanned.config);
         let mut found = FoundEchoes::NONE;
         image.clone().detect(map, config, &mut found);

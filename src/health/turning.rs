@@ -10,7 +10,8 @@
 
 use super::check::{CheckResult, units};
 use crate::config::Config;
-use crate::params::image::SKIRT_DB;
+use crate::math;
+use crate::params::image::SKIRT;
 use crate::params::{Numbers, Params};
 use crate::signal::grid::{Geometry, PolarMap};
 use crate::verdict::Reason;
@@ -251,7 +252,8 @@ pub fn lines(
         let sum: usize = rows(every).map(|k| usize::from(map.cell(k, bin))).sum();
         (sum / rows(every).count().max(1)) as i32
     };
-    let least = (noise + units(p.line_db)).max(mirror - units(SKIRT_DB));
+    let below_mirror = units(-math::DB_PER_OCTAVE * math::log2(SKIRT));
+    let least = (noise + units(p.line_db)).max(mirror - below_mirror);
     let count = rows(LINE_ROWS).count().max(1);
     let mut most = [0, 0];
     for bin in 0..map.bins() {

@@ -256,12 +256,12 @@ impl Posterior {
             cloud.add(&base.staircase, base.log_weight, &base.sigmas, reported);
             let likely = base.log_weight > top - OTHER_MARGIN_NATS;
             if likely && base.staircase.kind.direction() == Direction::Up {
-                let mut variants = Variants {
+                Variants {
                     model,
                     reported,
                     cloud,
-                };
-                variants.regular(base);
+                }
+                .regular(base);
             }
         }
         let mut varied: Vec<&Hypothesis, MAX_VARIED> = Vec::new();

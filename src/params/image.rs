@@ -12,8 +12,6 @@ pub const PATTERN: f32 = 1e-3;
 pub const SIDE_LOBES: f32 = 1e-3;
 /// Skirt over the range of a sweep that is not linear, as a share of the power: -40 dB, by hand.
 pub const SKIRT: f32 = 1e-4;
-/// The same, dB below the echo.
-pub const SKIRT_DB: f32 = 40.0;
 /// Extent of that skirt, native bins: ripple of the sweep puts paired echoes 16 cm beside a strong one.
 pub const SKIRT_BINS: f32 = 20.0;
 /// Image of an I/Q imbalance of 5 % and 3 degrees, as a share of the power: -30 dB less the margin of an echo.

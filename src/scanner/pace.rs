@@ -7,8 +7,7 @@ use super::settings::{MotorConfig, Settings};
 use crate::schedule::{MICROSTEPS_PER_TURN, SHAFT_LIMIT, Schedule, microsteps};
 use crate::signal::radar::wire::{RowTimes, SLACK_US};
 
-/// What is computed for each row between its samples and the next trigger, with a module that takes one request at a
-/// time.
+/// Computation for a row. A module that takes one request at a time is triggered again only after it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RowWork {
     /// A scan's row: map, health checks and coherent image.

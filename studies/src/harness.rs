@@ -93,9 +93,15 @@ pub fn answers(scans: &[Recording], params: &'static Params) -> Result<Vec<Scene
         numbers: Numbers::of(params),
         ..Options::default()
     };
-    each(scans, |recording| {
-        let truth = recording.meta.truth.clone().unwrap_or_default();
-        let answer = replay::answer(recording, &options)?;
-        Ok(score::scene(&answer, &truth))
-    })
+    each(scans, |recording| scored(recording, &options))
+}
+
+/// Scans a recording and scores the answer against its ground truth.
+///
+/// # Errors
+/// The scan cannot be processed; the message names it.
+pub fn scored(recording: &Recording, options: &Options) -> Result<SceneScore> {
+    let truth = recording.meta.truth.clone().unwrap_or_default();
+    let answer = replay::answer(recording, options)?;
+    Ok(score::scene(&answer, &truth))
 }

@@ -26,25 +26,32 @@ pub fn wide(scene: &mut SceneSpec, rng: &mut Random) {
 /// and asphalt scatter over 10 dB in γ and a factor of four in roughness (Ulaby and Dobson; Li and
 /// Sarabandi 1999), permittivities over a fifth (Rec. ITU-R P.2040, table 3).
 fn surfaces(scene: &mut SceneSpec, rng: &mut Random) {
+    change_materials(scene, |material| {
+        material.permittivity = (material.permittivity * rng.between(0.85, 1.2)).max(1.0);
+        material.conductivity *= factor(rng, 1.5);
+        roughen(material, factor(rng, 2.2));
+        material.correlation_m *= factor(rng, 1.8);
+        material.diffuse_db = (material.diffuse_db + rng.between(-5.0, 5.0)).min(-8.0);
+    });
+}
+
+/// Multiplies a material's roughness. The facet model does not hold for a relief of a wavelength.
+pub fn roughen(material: &mut MaterialSpec, factor: f64) {
+    material.roughness_m = (material.roughness_m * factor).min(1.2e-3);
+}
+
+/// Changes every material that the scene uses, in the order of their names.
+pub fn change_materials(scene: &mut SceneSpec, mut change: impl FnMut(&mut MaterialSpec)) {
     let used: BTreeSet<String> = used_materials(scene)
         .into_iter()
         .map(|(_, name)| name.to_owned())
         .collect();
     for name in used {
         let given = scene.materials.get(&name).cloned();
-        let Some(plain) = given.or_else(|| builtin(&name)) else {
-            continue;
-        };
-        let drawn = MaterialSpec {
-            permittivity: (plain.permittivity * rng.between(0.85, 1.2)).max(1.0),
-            conductivity: plain.conductivity * factor(rng, 1.5),
-            // The facet model does not hold for a relief of a wavelength.
-            roughness_m: (plain.roughness_m * factor(rng, 2.2)).min(1.2e-3),
-            correlation_m: plain.correlation_m * factor(rng, 1.8),
-            diffuse_db: (plain.diffuse_db + rng.between(-5.0, 5.0)).min(-8.0),
-            ..plain
-        };
-        scene.materials.insert(name, drawn);
+        if let Some(mut material) = given.or_else(|| builtin(&name)) {
+            change(&mut material);
+            scene.materials.insert(name, material);
+        }
     }
 }
 

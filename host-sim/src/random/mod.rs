@@ -32,6 +32,7 @@ use crate::scene::spec::SceneSpec;
 
 pub use beside::balusters;
 pub use clutter::CLUTTER;
+pub use effects::{change_materials, roughen};
 pub use entrance::ENTRANCE;
 pub use none::NONE;
 

@@ -32,7 +32,7 @@ pub struct Echo {
     pub native_bin: f32,
 }
 
-/// What the detection found in a scan.
+/// Echoes and noise of a scan.
 #[derive(Clone, Debug, Default)]
 pub struct FoundEchoes {
     /// Echoes as the rows show them: neither calibrated on the ground nor compensated for motion.

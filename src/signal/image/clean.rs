@@ -87,13 +87,12 @@ impl<'a> Clean<'a> {
         let (nodes, bins) = (self.image.nodes().count(), self.image.bins());
         self.queue((0, nodes), (0, bins));
         while !self.found.is_full()
-            && let Some((level, queued)) = self.waiting.pop()
+            && let Some((level, place)) = self.waiting.pop()
         {
-            let place = self.climb(queued);
+            let place = self.climb(place);
             let power = self.power(place);
             let now = Waiting::level(power);
-            let changed = now < level && power >= LEAST * self.noise;
-            if changed && !(place == queued && self.waiting.would_lead(now, place)) {
+            if now < level && power >= LEAST * self.noise {
                 // What was subtracted has changed it: it waits for its turn.
                 self.waiting.push(now, place);
                 continue;

@@ -16,6 +16,8 @@ const PRODUCT_SHIFT: u32 = 16;
 const LEVELS_PER_OCTAVE: f32 = 4.0;
 /// Number of words of the histogram: one a level.
 const HISTOGRAM: usize = 256;
+/// Number of words at the memory's end: histogram and the row before.
+const TAIL: usize = HISTOGRAM + MAX_BINS;
 /// Octaves of power in the sums' unit at which the histogram begins.
 const FIRST_OCTAVE: i32 = 8;
 /// Largest number in Q15.
@@ -65,7 +67,7 @@ impl CoherentImage {
     pub fn begin(&mut self, map: &PolarMap, words: usize) {
         self.moving = false;
         let bins = map.bins().max(1);
-        let cells = words.saturating_sub(MAX_BINS + HISTOGRAM);
+        let cells = words.saturating_sub(TAIL);
         let most = (cells / bins).saturating_sub(2 * MAX_OPEN);
         self.nodes = Nodes::of(map, most);
         self.bins = map.bins();
@@ -149,7 +151,7 @@ impl CoherentImage {
 
     /// Turns the sums of node `j` into cells with a common exponent.
     fn close(&mut self, words: &mut [u32], j: usize) {
-        let behind = words.len().saturating_sub(MAX_BINS + HISTOGRAM);
+        let behind = words.len().saturating_sub(TAIL);
         let (words, histogram) = words.split_at_mut(behind);
         let histogram = histogram.get_mut(..HISTOGRAM).unwrap_or_default();
         let (cells, sums) = words
@@ -191,7 +193,7 @@ impl CoherentImage {
     /// Returns the mean power of the noise in a cell, by the median of all cells; a full-scale tone in one row has power 1.
     /// `None` without cells.
     pub fn noise(&self, words: &[u32]) -> Option<f32> {
-        let first = words.len().checked_sub(MAX_BINS + HISTOGRAM)?;
+        let first = words.len().checked_sub(TAIL)?;
         let histogram = words.get(first..first + HISTOGRAM)?;
         let total: u32 = histogram.iter().sum();
         let half = total as f32 * 0.5;

@@ -9,15 +9,12 @@ use crate::config::Config;
 use crate::math;
 use crate::params::image::PATTERN;
 use crate::signal::echoes::{Echo, FoundEchoes};
-use crate::signal::grid::PolarMap;
+use crate::signal::grid::{PolarMap, UNITS_PER_OCTAVE};
 use crate::signal::range::FULL_SCALE;
 
 /// Standard deviation of a point's range at a power ratio of 1 to the noise of the image, native bins: of the vertex of the
 /// parabola through three bins behind a Hann window. The bound of Cramér and Rao is 0.32.
 const RANGE_SIGMA: f32 = 0.55;
-
-/// Map units per octave of power.
-const LEVELS_PER_OCTAVE: f32 = 8.0;
 
 /// An image with its memory.
 #[derive(Debug, Default)]
@@ -62,10 +59,13 @@ impl KeptImage {
         self.image.add(self.memory.words_mut(), angle_rad, row);
     }
 
-    /// Closes the image after the last row; returns the mean power of its noise, a full-scale tone in one row having power
-    /// 1, or `None` without rows.
-    pub fn finish(&mut self) -> Option<f32> {
+    /// Closes the image after the last row.
+    pub fn finish(&mut self) {
         self.image.finish(self.memory.words_mut());
+    }
+
+    /// Returns the mean power of a finished image's noise, a full-scale tone in one row having power 1; `None` without rows.
+    pub fn noise(&self) -> Option<f32> {
         self.image.noise(self.memory.words())
     }
 
@@ -92,11 +92,11 @@ impl KeptImage {
     pub fn detect(&mut self, map: &PolarMap, config: &Config, found: &mut FoundEchoes) {
         let echoes = &mut found.echoes;
         echoes.clear();
-        let Some(noise) = self.image.noise(self.memory.words()) else {
+        let Some(noise) = self.noise() else {
             found.noise = 0.0;
             return;
         };
-        found.noise = f32::from(FULL_SCALE) + LEVELS_PER_OCTAVE * math::log2(noise);
+        found.noise = f32::from(FULL_SCALE) + f32::from(UNITS_PER_OCTAVE) * math::log2(noise);
         let offset_m = config.mount.mirror_offset_m();
         let native_per_bin = map.geometry().bin_m / config.radar.range_resolution_m();
         let range = RangeResponse {

@@ -56,12 +56,6 @@ impl Waiting {
         }
     }
 
-    /// Returns whether a maximum would be the strongest of all.
-    pub fn would_lead(&self, level: u16, place: Place) -> bool {
-        let word = word(level, place);
-        self.0.iter().all(|&other| other < word)
-    }
-
     /// Removes and returns the strongest maximum.
     pub fn pop(&mut self) -> Option<(u16, Place)> {
         // No two words are equal.

@@ -5,12 +5,13 @@ use std::process::ExitCode;
 
 use anyhow::{Result, ensure};
 use host_sim::recording::Recording;
+use host_sim::replay::Options;
 use host_sim::score::SceneScore;
 use host_sim::seeds::Draw;
 
 use super::{emit, may_list, recordings, with_list};
-use crate::harness::{self, Drawn};
-use crate::shift::{HEADING, NOISE, PROPERTIES, Shift, falls, lost, one, row};
+use crate::harness::{self, Drawn, scored};
+use crate::shift::{HEADING, NOISE, PROPERTIES, Shift, falls, lost, row};
 
 /// Arguments of `shift`.
 #[derive(clap::Args, Debug)]
@@ -46,13 +47,16 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     }
     may_list("--list", args.list, "scenes", args.draw)?;
     let scenes = harness::scenes(args.draw, |_| args.scenes);
-    let drawn = harness::each(&scenes, |scene: &Drawn| one(&scene.scan()?))?;
+    let options = Options::default();
+    let drawn = harness::each(&scenes, |scene: &Drawn| scored(&scene.scan()?, &options))?;
     let mut out = String::from(HEADING);
     row(&mut out, ["as drawn", ""], &drawn, None);
     let mut list = Vec::new();
     let mut levels = vec![(0.0, drawn.clone())];
     for shift in Shift::all(&args.only) {
-        let moved = harness::each(&scenes, |scene: &Drawn| one(&shift.scan(scene)?))?;
+        let moved = harness::each(&scenes, |scene: &Drawn| {
+            scored(&shift.scan(scene)?, &options)
+        })?;
         let value = format!("{} {}", shift.value, shift.property.unit);
         row(
             &mut out,
@@ -98,5 +102,5 @@ fn others(path: &PathBuf) -> Result<Vec<SceneScore>> {
         "{}: expected recordings of single scans with ground truth",
         path.display()
     );
-    harness::each(&single, |recording| one(recording))
+    harness::each(&single, |recording| scored(recording, &Options::default()))
 }

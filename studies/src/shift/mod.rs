@@ -4,10 +4,7 @@ mod properties;
 
 use std::fmt::Write as _;
 
-use anyhow::Result;
-use host_sim::recording::Recording;
-use host_sim::replay::{self, Options};
-use host_sim::score::{self, Change, SceneScore};
+use host_sim::score::{Change, SceneScore};
 use stairscan::verdict::Status;
 
 pub use properties::{NOISE, PROPERTIES, Property, Shift};
@@ -18,16 +15,6 @@ const CHANCE: f64 = 0.05;
 /// First rows of the table.
 pub const HEADING: &str = "| property | moved to | scenes | exact | p | `ok` | p | `ok` and wrong |\n\
                            |---|---|---|---|---|---|---|---|\n";
-
-/// Answers one recording and scores the answer.
-///
-/// # Errors
-/// The recording cannot be processed; the message names the cause.
-pub fn one(recording: &Recording) -> Result<SceneScore> {
-    let truth = recording.meta.truth.clone().unwrap_or_default();
-    let answer = replay::answer(recording, &Options::default())?;
-    Ok(score::scene(&answer, &truth))
-}
 
 /// The two properties of an answer that are compared: exact, and `ok`.
 const COMPARED: [fn(&SceneScore) -> bool; 2] = [|s| s.exact, |s| s.status == Status::Ok];
@@ -113,8 +100,9 @@ pub fn falls(levels: &[(f64, Vec<SceneScore>)]) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::harness::Drawn;
+    use crate::harness::{Drawn, scored};
     use host_sim::random::Kind;
+    use host_sim::replay::Options;
 
     #[test]
     fn fewer_exact_answers_with_less_noise_are_an_error() {
@@ -122,7 +110,7 @@ mod tests {
             kind: Kind::Ascending,
             seed: 1,
         };
-        let exact = one(&drawn.scan().unwrap()).unwrap();
+        let exact = scored(&drawn.scan().unwrap(), &Options::default()).unwrap();
         assert!(exact.exact);
         let lost = SceneScore {
             exact: false,

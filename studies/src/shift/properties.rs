@@ -1,11 +1,9 @@
 //! Scenes drawn alike with one property of instrument or world moved out of the usual draw.
 
 use anyhow::Result;
-use host_sim::random::{balusters, random_with};
+use host_sim::random::{balusters, change_materials, random_with, roughen};
 use host_sim::recording::Recording;
-use host_sim::scene::check::used_materials;
-use host_sim::scene::material::builtin;
-use host_sim::scene::spec::{MaterialSpec, SceneSpec, Way};
+use host_sim::scene::spec::{SceneSpec, Way};
 use host_sim::simulation::scan_of;
 
 use crate::harness::Drawn;
@@ -62,15 +60,14 @@ pub const PROPERTIES: &[Property] = &[
         }
     }),
     property("roughness", &[0.4, 2.5], "times", |s, factor| {
-        // The facet model does not hold for a relief of a wavelength.
-        materials(s, |m| m.roughness_m = (m.roughness_m * factor).min(1.2e-3));
+        change_materials(s, |m| roughen(m, factor));
     }),
     property("scatter", &[-5.0, 5.0], "dB more", |s, db| {
-        materials(s, |m| m.diffuse_db += db);
+        change_materials(s, |m| m.diffuse_db += db);
     }),
     // A film of water: reflects as a mirror does, and what is rough lies below it.
     property("wet", &[1.0], "film", |s, _| {
-        materials(s, |m| {
+        change_materials(s, |m| {
             m.permittivity = m.permittivity.max(7.0);
             m.roughness_m *= 0.3;
             m.diffuse_db -= 8.0;
@@ -101,8 +98,8 @@ pub const PROPERTIES: &[Property] = &[
         s.mirror.sidelobe_db = 20.0;
         s.receiver.sweep_bow *= 2.0;
         s.receiver.sweep_ripple *= 2.0;
-        materials(s, |m| {
-            m.roughness_m = (m.roughness_m * 1.6).min(1.2e-3);
+        change_materials(s, |m| {
+            roughen(m, 1.6);
             m.diffuse_db += 3.0;
         });
     }),
@@ -119,19 +116,6 @@ const fn property(
         values,
         unit,
         change,
-    }
-}
-
-/// Changes every material that the scene uses.
-fn materials(scene: &mut SceneSpec, change: impl Fn(&mut MaterialSpec)) {
-    let used = used_materials(scene).into_iter();
-    let used: std::collections::BTreeSet<String> = used.map(|(_, name)| name.to_owned()).collect();
-    for name in used {
-        let given = scene.materials.get(&name).cloned();
-        if let Some(mut material) = given.or_else(|| builtin(&name)) {
-            change(&mut material);
-            scene.materials.insert(name, material);
-        }
     }
 }
 
