@@ -8,6 +8,7 @@ use crate::observer::Observer;
 use crate::past::History;
 use crate::signal::echoes::FoundEchoes;
 use crate::signal::grid::PolarMap;
+use crate::signal::image::KeptImage;
 use crate::verdict::{Assessment, Evidence, Outcome};
 
 /// A scan whose rows are all final: received or lost.
@@ -21,6 +22,8 @@ pub struct MappedScan<'a> {
     pub number: u32,
     /// Echoes of the scan, the strongest first, and its noise.
     pub found: &'a FoundEchoes,
+    /// Coherent image of the scan, behind the search for echoes.
+    pub image: Option<&'a KeptImage>,
     /// Motion of the chair during the scan.
     pub drive: &'a Drive<'a>,
 }
@@ -78,6 +81,7 @@ pub trait Estimator {
             config,
             number,
             found,
+            image: None,
             drive: &Drive::STANDING,
         };
         self.outcome(&scan, None, observer)

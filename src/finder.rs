@@ -146,6 +146,7 @@ impl StairFinder {
             found: &self.found,
             config,
             number,
+            image: Some(&self.image),
             drive,
         };
         let sight = self

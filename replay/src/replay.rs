@@ -107,6 +107,7 @@ impl Scanned<'_> {
             found: self.pipeline.found(),
             config: self.config,
             number: self.answer.scan.scan,
+            image: Some(self.pipeline.image()),
             drive: &self.drive,
         }
     }

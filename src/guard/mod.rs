@@ -75,6 +75,7 @@ impl Guard {
             noise: noise::level(map),
             bias_rad: 0.0,
             height_m: 0.0,
+            image: None,
             ride: MotionCompensation::of(drive, &config.radar),
         };
         let lines = &mut self.ground.lines;

@@ -252,6 +252,9 @@ impl Likelihood {
             noise: instrument.noise,
             bias_rad: found.bias_rad,
             height_m: found.height_m,
+            image: scan
+                .image
+                .map(|image| image.cleaned(scan.map, scan.config, scan.found)),
             ride: MotionCompensation::of(scan.drive, &scan.config.radar),
         };
         let surfaces = &mut self.posterior.model.surfaces;

@@ -2,6 +2,7 @@
 
 use crate::motion::MotionCompensation;
 use crate::signal::grid::{PolarMap, two_way_sigma};
+use crate::signal::image::Cleaned;
 
 /// The polar map with its calibration and the chair's motion.
 #[derive(Clone, Copy, Debug)]
@@ -14,6 +15,8 @@ pub struct Chart<'m> {
     pub bias_rad: f32,
     /// Error of the configured mounting height (of the mirror above the ground), to be subtracted from it, metres.
     pub height_m: f32,
+    /// Coherent image of the scan, behind CLEAN; without it the map shows the surfaces.
+    pub image: Option<Cleaned<'m>>,
     /// Motion of the chair during the scan, if it is known.
     pub ride: Option<MotionCompensation<'m>>,
 }

@@ -19,6 +19,7 @@ use crate::params::ground_line::{
     FARTHEST_M, ITSELF, LINE_REACH, MAX_NATS, MIN_SHARE, NEAREST_M, OFF_M, SIDE_LOBES,
 };
 use crate::signal::grid::{EIGHTHS, UNITS_PER_OCTAVE};
+use crate::signal::image::Cleaned;
 
 /// Depths below the ground of the lines of lower ground, metres: from the smallest drop that matters to a wheelchair
 /// to a step.
@@ -87,6 +88,16 @@ impl Term {
         per_ln_t: 0.0,
         least: (0.0, 0.0),
     };
+
+    /// Returns the term of one complex look at a surface of power `s` over the noise: of exponential distributions.
+    fn coherent(s: f32) -> Self {
+        Self {
+            constant: -math::ln(1.0 + s),
+            per_t: s / (1.0 + s),
+            per_ln_t: 0.0,
+            least: (0.0, f32::MIN),
+        }
+    }
 
     /// Returns the term of a surface of power `s` over the noise, seen in `rows` independent rows and `speckles`
     /// independent speckle patterns.
@@ -192,6 +203,8 @@ pub struct Lines {
     pub height_m: f32,
     /// Number of independent rows that see a line in one sweep.
     pub(super) rows: f32,
+    /// Gain of a coherent look over one row's cell; 0 for looks at the power of rows.
+    pub(super) coherent_gain: f32,
 }
 
 impl Default for Lines {
@@ -210,12 +223,14 @@ impl Lines {
             step_m: 0.0,
             height_m: 0.0,
             rows: 0.0,
+            coherent_gain: 0.0,
         }
     }
 
     /// Evaluates the lines along the ground and below it, in all range cells of a scan.
     #[inline(never)]
     pub fn look(&mut self, chart: &Chart<'_>) {
+        self.coherent_gain = chart.image.map_or(0.0, |image| image.gain());
         self.fill(&Gaze::new(chart), FARTHEST_M, |gaze, bin, range_m| {
             gaze.cell(bin, range_m)
         });
@@ -231,7 +246,10 @@ impl Lines {
     ) {
         let chart = gaze.chart;
         let geometry = chart.map.geometry();
-        self.rows = WORTH * LINE_REACH * gaze.sigma_rows;
+        self.rows = match chart.image {
+            Some(_) => 1.0,
+            None => WORTH * LINE_REACH * gaze.sigma_rows,
+        };
         self.cells.clear();
         self.height_m = gaze.height_m;
         // `as` saturates.
@@ -258,7 +276,10 @@ impl Lines {
         let rows = RowCount::new(self.rows * sweeps);
         for (k, term) in self.terms.iter_mut().enumerate() {
             let s = math::power_ratio(FIRST_DB + STEP_DB * k as f32);
-            *term = Term::new(s, rows, speckles);
+            *term = match self.coherent_gain > 0.0 {
+                true => Term::coherent(self.coherent_gain * s),
+                false => Term::new(s, rows, speckles),
+            };
         }
     }
 
@@ -346,11 +367,29 @@ impl<'c> Gaze<'c> {
     /// Returns the line powers of a range cell, at range bin `bin` and range `range_m`, metres.
     #[inline(never)]
     fn cell(&self, bin: usize, range_m: f32) -> RangeCell {
+        if let Some(image) = &self.chart.image {
+            return RangeCell {
+                ground: self.look(image, range_m, 0.0),
+                lower: DEPTHS_M.map(|depth_m| self.look(image, range_m, -depth_m)),
+            };
+        }
         let cell = LookedCell::new(self, bin, range_m);
         RangeCell {
             ground: cell.ground(),
             lower: DEPTHS_M.map(|depth_m| cell.line(cell.seen(-depth_m))),
         }
+    }
+
+    /// Returns what the image shows at range `range_m` of a surface at height `y_m` above the ground, metres.
+    #[inline(never)]
+    fn look(&self, image: &Cleaned<'_>, range_m: f32, y_m: f32) -> Power {
+        let look = self.place(range_m, y_m).and_then(|(bin, row)| {
+            image.look(
+                bin,
+                self.first_rad + self.chart.bias_rad + row * self.step_rad,
+            )
+        });
+        look.map_or(Power::DARK, |look| Power::new(look.power, look.background))
     }
 
     /// Returns range bin and (fractional) row in which a surface at height `y_m` above the ground, metres, was seen;

@@ -467,6 +467,7 @@ mod tests {
             noise: NOISE,
             bias_rad: 0.0,
             height_m: 0.0,
+            image: None,
             ride: None,
         }
     }

@@ -16,9 +16,9 @@ pub static MODEL: Generative = Generative {
             snr_db: 26.68108,
             snr_per_db: 1.0162,
             snr_sigma_db: 5.23036,
-            seen: 1.22839,
-            seen_per_ten_db: 0.23394,
-            seen_per_room: 2.81646,
+            seen: 1.22823,
+            seen_per_ten_db: 0.23414,
+            seen_per_room: 2.81671,
         },
         // nosing
         Point {
@@ -31,9 +31,9 @@ pub static MODEL: Generative = Generative {
             snr_db: 14.26538,
             snr_per_db: 0.82443,
             snr_sigma_db: 6.48853,
-            seen: -0.1444,
-            seen_per_ten_db: 0.5692,
-            seen_per_room: 3.67449,
+            seen: -0.14446,
+            seen_per_ten_db: 0.56938,
+            seen_per_room: 3.67473,
         },
         // flash
         Point {
@@ -72,10 +72,10 @@ pub static MODEL: Generative = Generative {
             across_m: 0.0,
             across_sigma_m: 0.0,
             across_per_width_m: 0.0,
-            sigma_per_width_m: 0.16509,
-            snr_db: 11.36734,
-            snr_per_db: 0.75484,
-            snr_sigma_db: 8.84973,
+            sigma_per_width_m: 0.16507,
+            snr_db: 11.37027,
+            snr_per_db: 0.75471,
+            snr_sigma_db: 8.84604,
             seen: 0.5,
             seen_per_ten_db: 0.3,
             seen_per_room: 0.0,
@@ -114,20 +114,20 @@ pub static MODEL: Generative = Generative {
     extended: [
         // face
         Extended {
-            rate: -0.19803,
-            rate_per_ten_db: 0.06058,
-            snr_db: 8.50608,
-            snr_per_db: 0.66139,
-            snr_sigma_db: 9.63876,
-            off_sigma_m: 0.00987,
+            rate: -0.19797,
+            rate_per_ten_db: 0.06037,
+            snr_db: 8.50655,
+            snr_per_db: 0.66128,
+            snr_sigma_db: 9.63973,
+            off_sigma_m: 0.00986,
         },
         // tread
         Extended {
-            rate: 0.81535,
-            rate_per_ten_db: 0.13405,
-            snr_db: -4.12828,
-            snr_per_db: 0.56291,
-            snr_sigma_db: 11.15145,
+            rate: 0.81537,
+            rate_per_ten_db: 0.13393,
+            snr_db: -4.11809,
+            snr_per_db: 0.56295,
+            snr_sigma_db: 11.14665,
             off_sigma_m: 0.003,
         },
         // floor
@@ -159,18 +159,18 @@ pub static MODEL: Generative = Generative {
         },
         // noise
         Extended {
-            rate: 1.52814,
+            rate: 1.52791,
             rate_per_ten_db: 0.0,
             snr_db: 0.0,
             snr_per_db: 0.0,
-            snr_sigma_db: 6.86696,
+            snr_sigma_db: 6.86785,
             off_sigma_m: 0.0,
         },
     ],
     hidden: Hidden {
-        low: [0.78645, 0.00218, 0.00951],
-        top: [0.21226, -0.03568, 0.00738],
-        nothing: [-3.03064, -0.5414, 2.35096, -0.46401],
+        low: [0.78598, 0.00217, 0.00951],
+        top: [0.21274, -0.0357, 0.00738],
+        nothing: [-3.03066, -0.54213, 2.34884, -0.46598],
     },
     treads: TreadNumbers {
         rate: [2.35026, -0.02538, -0.32054, 0.09753],
@@ -204,6 +204,6 @@ pub static MODEL: Generative = Generative {
                 sigma_m: 0.00582,
             },
         ],
-        edge_sigma_scale: 1.22163,
+        edge_sigma_scale: 1.22164,
     },
 };

@@ -195,32 +195,15 @@ impl<'a> Clean<'a> {
 
     /// Returns the power of the error that the points found so far leave in a cell.
     fn error(&self, place: Place) -> f32 {
-        let sigma = self.image.nodes().lobe_sigma();
-        let per_sigma = 1.0 / (ANGLE_MARGIN * sigma);
-        let range = &self.range;
-        let native = range.native(place.bin as f32);
+        let per_sigma = 1.0 / self.image.nodes().lobe_sigma();
+        let bin = place.bin as f32;
         let errors = self.found.iter().map(|p| {
-            let turn = (place.node as f32 - p.node) * per_sigma;
-            let off = (place.bin as f32 - p.bin).abs();
-            let dark = turn.abs() > DARK;
-            if dark && off > LOBE_BINS {
-                return 0.0;
-            }
-            let along = match off > LOBE_BINS {
-                true => 0.0,
-                false => range.power(math::max(off - RANGE_MARGIN, 0.0)),
+            let taken = Taken {
+                power: p.power,
+                turn: (place.node as f32 - p.node) * per_sigma,
+                off: bin - p.bin,
             };
-            if dark {
-                return p.power * SIDE_LOBES * along;
-            }
-            let mut beam = PATTERN * along + PHASE_NOISE;
-            if off * range.native_per_bin <= SKIRT_BINS {
-                beam += SKIRT;
-            }
-            if (native + range.native(p.bin) - range.image_sum).abs() <= IMAGE_BINS {
-                beam += IQ_IMAGE;
-            }
-            p.power * (SIDE_LOBES * along + math::exp(-turn * turn) * beam)
+            taken.error(&self.range, bin)
         });
         errors.sum()
     }
@@ -324,6 +307,51 @@ impl<'a> Clean<'a> {
                 *word = response.subtracted(Packed(*word), scale).0;
             }
         }
+    }
+}
+
+/// A point that was subtracted, as seen from a cell.
+pub(super) struct Taken {
+    /// Power of the point.
+    pub power: f32,
+    /// Angle from the point to the cell, standard deviations of a lobe.
+    pub turn: f32,
+    /// Distance from the point to the cell, stored bins.
+    pub off: f32,
+}
+
+impl Taken {
+    /// Returns the power of the error that the point leaves in the cell, which lies in stored bin `bin`: of its response, and
+    /// of what the sweep adds.
+    pub fn error(&self, range: &RangeResponse, bin: f32) -> f32 {
+        let turn = self.turn * (1.0 / ANGLE_MARGIN);
+        let off = self.off.abs();
+        let dark = turn.abs() > DARK;
+        if dark && off > LOBE_BINS {
+            return 0.0;
+        }
+        let along = match off > LOBE_BINS {
+            true => 0.0,
+            false => range.power(math::max(off - RANGE_MARGIN, 0.0)),
+        };
+        if dark {
+            return self.power * SIDE_LOBES * along;
+        }
+        let beam = math::exp(-turn * turn);
+        self.power * along * (SIDE_LOBES + PATTERN * beam) + beam * self.sweep_error(range, bin)
+    }
+
+    /// Returns the power that errors of the sweep and of the receiver put into the cell beside the point's response.
+    pub fn sweep_error(&self, range: &RangeResponse, bin: f32) -> f32 {
+        let mut share = PHASE_NOISE;
+        if self.off.abs() * range.native_per_bin <= SKIRT_BINS {
+            share += SKIRT;
+        }
+        if (range.native(bin) + range.native(bin - self.off) - range.image_sum).abs() <= IMAGE_BINS
+        {
+            share += IQ_IMAGE;
+        }
+        self.power * share
     }
 }
 

@@ -24,6 +24,7 @@
 //! | `clean` | image → points, strongest first, by CLEAN |
 //! | `memory` | the words in which the image is made |
 //! | `points` | points → echoes with standard deviations |
+//! | `surface` | image behind CLEAN, echoes → power at a place of a surface |
 
 mod clean;
 mod coherent;
@@ -33,6 +34,7 @@ mod nodes;
 mod points;
 mod reference;
 mod response;
+mod surface;
 mod waiting;
 
 #[cfg(test)]
@@ -41,3 +43,4 @@ pub(crate) mod tests;
 pub use memory::{ImageMemory, WORDS};
 pub use points::KeptImage;
 pub use reference::CoherentRow;
+pub use surface::{Cleaned, Look};

@@ -5,6 +5,7 @@ use super::coherent::CoherentImage;
 use super::memory::ImageMemory;
 use super::reference::CoherentRow;
 use super::response::RangeResponse;
+use super::surface::Cleaned;
 use crate::config::Config;
 use crate::math;
 use crate::params::image::PATTERN;
@@ -86,6 +87,22 @@ impl KeptImage {
         re * re + im * im
     }
 
+    /// Returns what is left of the image with the echoes that [`KeptImage::detect`] found.
+    pub fn cleaned<'a>(
+        &'a self,
+        map: &'a PolarMap,
+        config: &Config,
+        found: &'a FoundEchoes,
+    ) -> Cleaned<'a> {
+        Cleaned {
+            image: &self.image,
+            words: self.memory.words(),
+            range: range_response(map, config),
+            map,
+            found,
+        }
+    }
+
     /// Detects the echoes of a finished image and writes them to `found`, strongest first; the image then holds what is
     /// left.
     #[inline(never)]
@@ -97,28 +114,32 @@ impl KeptImage {
             return;
         };
         found.noise = f32::from(FULL_SCALE) + f32::from(UNITS_PER_OCTAVE) * math::log2(noise);
-        let offset_m = config.mount.mirror_offset_m();
-        let native_per_bin = map.geometry().bin_m / config.radar.range_resolution_m();
-        let range = RangeResponse {
-            native_per_bin,
-            radians_per_bin: core::f32::consts::PI * native_per_bin,
-            first_native: (map.geometry().first_range_m + offset_m)
-                / config.radar.range_resolution_m(),
-            image_sum: match config.radar.real {
-                false => f32::from(config.radar.samples),
-                // Real samples have no negative frequencies and no I/Q imbalance.
-                true => f32::INFINITY,
-            },
-        };
+        let range = range_response(map, config);
         let mut clean = Clean::new(&self.image, self.memory.words_mut(), range, noise);
         clean.run();
         for point in &clean.found {
-            let mut echo = echo(point, map, &clean, native_per_bin);
-            echo.native_bin = (echo.range_m + offset_m) / config.radar.range_resolution_m();
+            let mut echo = echo(point, map, &clean, range.native_per_bin);
+            echo.native_bin = range.native(point.bin);
             // There is room.
             let _ = echoes.push(echo);
         }
         crate::sort::shell_sort(echoes, |a, b| a.snr_db > b.snr_db);
+    }
+}
+
+/// Returns the response over the range of a scan with the shape of `map`.
+fn range_response(map: &PolarMap, config: &Config) -> RangeResponse {
+    let native_m = config.radar.range_resolution_m();
+    let native_per_bin = map.geometry().bin_m / native_m;
+    RangeResponse {
+        native_per_bin,
+        radians_per_bin: core::f32::consts::PI * native_per_bin,
+        first_native: (map.geometry().first_range_m + config.mount.mirror_offset_m()) / native_m,
+        image_sum: match config.radar.real {
+            false => f32::from(config.radar.samples),
+            // Real samples have no negative frequencies and no I/Q imbalance.
+            true => f32::INFINITY,
+        },
     }
 }
 
@@ -131,6 +152,7 @@ fn echo(point: &Component, map: &PolarMap, clean: &Clean<'_>, native_per_bin: f3
     let ratio = point.power / clean.noise;
     let snr_db = math::DB_PER_OCTAVE * math::log2(ratio / CoherentImage::gain(map));
     let share = math::sqrt(1.0 / point.contrast + PATTERN);
+    let [re, im] = point.amplitude;
     Echo {
         snr_db,
         range_m,
@@ -141,5 +163,6 @@ fn echo(point: &Component, map: &PolarMap, clean: &Clean<'_>, native_per_bin: f3
         angle_sigma_rad: nodes.sigma_rad() * share,
         range_sigma_m: RANGE_SIGMA / native_per_bin * geometry.bin_m * share,
         native_bin: 0.0,
+        phase_rad: math::atan2(im, re),
     }
 }

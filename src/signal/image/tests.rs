@@ -332,3 +332,73 @@ fn without_a_mirror_each_row_has_its_phase_by_the_row_before() {
         "{without:?}"
     );
 }
+
+/// Returns the looks of an image at the ground's line, at these distances from the mirror, metres.
+fn looks(config: &Config, scan: &Seen, places_m: impl Iterator<Item = f32>) -> Vec<Look> {
+    let mut image = scan.image(false);
+    let found = found(&mut image, scan, config);
+    let cleaned = image.cleaned(scan, config, &found);
+    let geometry = scan.geometry();
+    let look = |x_m: f32| {
+        let (range_m, angle_rad) = geometry.polar(x_m, 0.0);
+        let bin = ((range_m - geometry.first_range_m) / geometry.bin_m).round() as usize;
+        cleaned.look(bin, angle_rad).unwrap()
+    };
+    places_m.map(look).collect()
+}
+
+#[test]
+fn a_surface_without_echoes_shows_noise_of_mean_one() {
+    let config = Config::default();
+    let mut looks_at_noise = Vec::new();
+    for seed in 0..6 {
+        let places_m = (0..40).map(|k| 0.4 + 0.035 * k as f32);
+        looks_at_noise.extend(looks(&config, &drawn(&config, &[], seed), places_m));
+    }
+    let mean =
+        looks_at_noise.iter().map(|look| look.power).sum::<f32>() / looks_at_noise.len() as f32;
+    // 240 looks of an exponential distribution: four standard deviations.
+    assert!((mean - 1.0).abs() < 0.26, "{mean}");
+    assert!(looks_at_noise.iter().all(|look| look.background < 1.01));
+}
+
+#[test]
+fn a_surface_shows_its_own_echoes_that_clean_took_out() {
+    let config = Config::default();
+    for db in [10.0, 25.0, 45.0] {
+        let scan = scene(&config, &[(0.8, 0.0, db)]);
+        let [look] = looks(&config, &scan, core::iter::once(0.8))[..] else {
+            panic!("one look");
+        };
+        let expected_db = db as f32 + 11.8;
+        let seen_db = 10.0 * look.power.log10();
+        // The nearest bin, and the map's coarse levels.
+        assert!(
+            (seen_db - expected_db).abs() < 1.5,
+            "{db}: {seen_db} of {expected_db}"
+        );
+        assert!(look.background < 1.01);
+    }
+}
+
+#[test]
+fn an_echo_elsewhere_raises_the_background_of_a_surface_and_not_its_power() {
+    let config = Config::default();
+    let (range_m, _) = drawn(&config, &[], 1).geometry().polar(0.8, 0.0);
+    // At the ground's range, 12 degrees above its line.
+    let angle_rad = (0.4 / range_m).asin() - 12f32.to_radians();
+    let above = (
+        range_m * angle_rad.cos(),
+        0.4 - range_m * angle_rad.sin(),
+        50.0,
+    );
+    let mut powers = 0.0;
+    for seed in 0..40 {
+        let scan = drawn(&config, &[above], seed);
+        let look = looks(&config, &scan, core::iter::once(0.8))[0];
+        // Side lobes 30 dB below 61.8 dB.
+        assert!((look.background.log10() - 3.18).abs() < 0.2, "{look:?}");
+        powers += look.power / 40.0;
+    }
+    assert!(powers < 1.5, "{powers}");
+}
