@@ -1,7 +1,8 @@
 //! Power above the ground, of objects beside which the ground may still be visible.
 
 use super::chart::Chart;
-use super::lines::{CELLS, DEPTHS_M, FLANK, Gaze, Lines, LookedCell, Power, RangeCell, Shown};
+use super::gaze::{FLANK, Gaze, LookedCell};
+use super::lines::{CELLS, DEPTHS_M, Lines, Power, RangeCell, Shown};
 use crate::math;
 use crate::params::guard::{FIRST_DB, ODD, SIDE_LOBES, STEP_DB};
 
