@@ -68,6 +68,7 @@ use crate::model::surfaces::Recursions;
 use crate::model::treads::Descending;
 use crate::model::{Surfaces, View};
 use crate::motion::{Agreement, MotionCompensation, Retention, SweepComparison};
+use crate::mount::online::Calibration;
 use crate::mount::{GroundEvidence, online};
 use crate::observer::trace::Stage;
 use crate::observer::{Event, Observer};
@@ -166,8 +167,6 @@ impl Estimator for Likelihood {
 
 /// Evidence of a scan's echoes about the instrument and the chair.
 struct InstrumentEvidence {
-    /// Mean power of the noise in one row's cell, map units.
-    noise: f32,
     /// Agreement of the scan with the sweep before and with the motion input.
     agreement: Agreement,
     /// Evidence for the floor at its configured place; `None` in the height plane.
@@ -193,7 +192,7 @@ impl Likelihood {
             drive,
             ..
         } = *scan;
-        let (p, noise) = (self.params, found.noise);
+        let p = self.params;
         let echoes = &mut self.echoes;
         echoes.clone_from(&found.echoes);
         let agreement = self.sweeps.compare(map, config, drive, echoes);
@@ -209,7 +208,7 @@ impl Likelihood {
                 moved_during_scan_m,
             });
         }
-        observer.event(Event::Noise(noise));
+        observer.event(Event::Noise(found.noise));
         observer.event(Event::Done(Stage::Echoes));
         let geometry = map.geometry();
         let up = geometry.plane == Plane::Depth;
@@ -224,7 +223,6 @@ impl Likelihood {
             observer.event(Event::Lobes(lobes));
         }
         InstrumentEvidence {
-            noise,
             agreement,
             floor,
             lobes,
@@ -247,18 +245,8 @@ impl Likelihood {
         let found = online::calibrate(&mut self.echoes, level_to_m, geometry, p);
         observer.event(Event::Calibration(found));
         self.posterior.set_echoes(&self.echoes, scan.map);
-        let chart = Chart {
-            map: scan.map,
-            noise: instrument.noise,
-            bias_rad: found.bias_rad,
-            height_m: found.height_m,
-            image: scan
-                .image
-                .map(|image| image.cleaned(scan.map, scan.config, scan.found)),
-            ride: MotionCompensation::of(scan.drive, &scan.config.radar),
-        };
         let surfaces = &mut self.posterior.model.surfaces;
-        evaluate_ground_line(&chart, &mut self.phase, surfaces);
+        evaluate_ground_line(scan, &found, &mut self.phase, surfaces);
         self.phase = Phase::Up(Beam::new());
         let Phase::Up(memory) = &mut self.phase else {
             return None;
@@ -333,13 +321,29 @@ impl Likelihood {
     }
 }
 
-/// Evaluates the power along the ground line, in the memory that the search uses next, and writes its log-likelihood
+/// Evaluates the ground's line of a calibrated scan, in the memory that the search uses next, and writes its log-likelihood
 /// ratios to `surfaces`.
 #[inline(never)]
-fn evaluate_ground_line(chart: &Chart<'_>, phase: &mut Phase, surfaces: &mut Surfaces) {
+fn evaluate_ground_line(
+    scan: &MappedScan<'_>,
+    calibrated: &Calibration,
+    phase: &mut Phase,
+    surfaces: &mut Surfaces,
+) {
+    let image = scan
+        .image
+        .map(|image| image.cleaned(scan.map, scan.config, scan.found));
+    let chart = Chart {
+        map: scan.map,
+        noise: scan.found.noise,
+        bias_rad: calibrated.bias_rad,
+        height_m: calibrated.height_m,
+        image: image.as_ref(),
+        ride: MotionCompensation::of(scan.drive, &scan.config.radar),
+    };
     *phase = Phase::Ground(Recursions::new());
     if let Phase::Ground(ground) = phase {
-        ground.lines.look(chart);
+        ground.lines.look(&chart);
         ground.weigh(surfaces, DEPTHS_M.len());
     }
 }

@@ -16,7 +16,7 @@ pub struct Chart<'m> {
     /// Error of the configured mounting height (of the mirror above the ground), to be subtracted from it, metres.
     pub height_m: f32,
     /// Coherent image of the scan, behind CLEAN; without it the map shows the surfaces.
-    pub image: Option<Cleaned<'m>>,
+    pub image: Option<&'m Cleaned<'m>>,
     /// Motion of the chair during the scan, if it is known.
     pub ride: Option<MotionCompensation<'m>>,
 }

@@ -30,8 +30,8 @@ pub struct Echo {
     pub range_sigma_m: f32,
     /// Range from the radar (not from the mirror), native range bins of c/2B.
     pub native_bin: f32,
-    /// Phase relative to the mirror's echo, radians.
-    pub phase_rad: f32,
+    /// Phase relative to the mirror's echo, as cosine and sine.
+    pub phasor: [f32; 2],
 }
 
 /// Echoes and noise of a scan.

@@ -19,9 +19,9 @@ const LOBE_NODES: usize = 2 * REACH_NODES + 1;
 /// Number of bins over which a response is subtracted.
 const RESPONSE_BINS: usize = 2 * response::REACH + 1;
 /// Distance in bins behind which the response over the range is below the error of other terms.
-const LOBE_BINS: f32 = 4.0;
+pub(super) const LOBE_BINS: f32 = 4.0;
 /// Deviations from the middle of a lobe beyond which it is dark.
-const DARK: f32 = 3.5;
+pub(super) const DARK: f32 = 3.5;
 /// Widening of the lobe's error over the angle, as its factor, and of that over the range, stored bins: a misplaced point's.
 const ANGLE_MARGIN: f32 = 1.1;
 const RANGE_MARGIN: f32 = 0.3;

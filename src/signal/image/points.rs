@@ -90,17 +90,12 @@ impl KeptImage {
     /// Returns what is left of the image with the echoes that [`KeptImage::detect`] found.
     pub fn cleaned<'a>(
         &'a self,
-        map: &'a PolarMap,
+        map: &PolarMap,
         config: &Config,
-        found: &'a FoundEchoes,
+        found: &FoundEchoes,
     ) -> Cleaned<'a> {
-        Cleaned {
-            image: &self.image,
-            words: self.memory.words(),
-            range: range_response(map, config),
-            map,
-            found,
-        }
+        let words = self.memory.words();
+        Cleaned::new(&self.image, words, range_response(map, config), map, found)
     }
 
     /// Detects the echoes of a finished image and writes them to `found`, strongest first; the image then holds what is
@@ -152,7 +147,6 @@ fn echo(point: &Component, map: &PolarMap, clean: &Clean<'_>, native_per_bin: f3
     let ratio = point.power / clean.noise;
     let snr_db = math::DB_PER_OCTAVE * math::log2(ratio / CoherentImage::gain(map));
     let share = math::sqrt(1.0 / point.contrast + PATTERN);
-    let [re, im] = point.amplitude;
     Echo {
         snr_db,
         range_m,
@@ -163,6 +157,6 @@ fn echo(point: &Component, map: &PolarMap, clean: &Clean<'_>, native_per_bin: f3
         angle_sigma_rad: nodes.sigma_rad() * share,
         range_sigma_m: RANGE_SIGMA / native_per_bin * geometry.bin_m * share,
         native_bin: 0.0,
-        phase_rad: math::atan2(im, re),
+        phasor: point.amplitude.map(|part| part / math::sqrt(point.power)),
     }
 }

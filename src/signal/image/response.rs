@@ -63,6 +63,26 @@ impl RangeResponse {
         }
     }
 
+    /// Returns the phasor of a stored bin, [`RangeResponse::at`]'s two arguments.
+    pub fn phasor(&self, bin: f32) -> [f32; 2] {
+        let (sin, cos) = math::sin_cos(self.radians_per_bin * bin);
+        [cos, sin]
+    }
+
+    /// Returns the response `off` stored bins behind a point, relative to the point's amplitude, `[re, im]`, with the phasors
+    /// of the bin and of the point. The response turns by π a native bin.
+    pub fn at(&self, off: f32, [a, b]: [f32; 2], [c, d]: [f32; 2]) -> [f32; 2] {
+        let (cos, sin) = (a * c + b * d, b * c - a * d);
+        let x = off * self.native_per_bin;
+        let left = 1.0 - x * x;
+        let size = if x.abs() < NEAR_LIMIT || left.abs() < NEAR_LIMIT {
+            hann(x)
+        } else {
+            sin / (core::f32::consts::PI * x * left)
+        };
+        [size * cos, -size * sin]
+    }
+
     /// Returns the power of the response `off` stored bins beside a point, relative to the point's.
     pub fn power(&self, off: f32) -> f32 {
         let at = off * self.native_per_bin * PER_NATIVE;

@@ -1,16 +1,24 @@
 //! What a finished image shows of a surface: one complex look a place, with what CLEAN took out of it there.
 
-use super::clean::Taken;
+use super::clean::{DARK, LOBE_BINS, Taken};
 use super::coherent::CoherentImage;
 use super::response::{self, RangeResponse};
 use crate::math;
-use crate::signal::echoes::FoundEchoes;
+use crate::params::image::{PATTERN, SKIRT};
+use crate::signal::echoes::{FoundEchoes, MAX_ECHOES};
 use crate::signal::grid::{PolarMap, UNITS_PER_OCTAVE};
 use crate::signal::range::FULL_SCALE;
+use heapless::Vec;
 
 /// Maximum distance over the angle of an echo from a surface's line at which it is the surface's own, standard deviations
 /// of a lobe behind the filter: half a deviation, 1.5 degrees at a beam of 5 degrees.
 const OWN: f32 = 0.5;
+
+/// Share of the noise below which an error is negligible: 0.1 dB.
+const NEGLIGIBLE: f32 = 0.02;
+/// Maximum power over the noise of an echo whose errors are negligible in every cell, and in those away from its own range.
+const WEAK: f32 = NEGLIGIBLE / PATTERN;
+const STRONG: f32 = NEGLIGIBLE / SKIRT;
 
 /// Power at a place of a surface.
 #[derive(Clone, Copy, Debug)]
@@ -21,25 +29,70 @@ pub struct Look {
     pub background: f32,
 }
 
-/// A finished image behind CLEAN, with the echoes that were taken out of it.
+/// An echo that was taken out of the image.
 #[derive(Clone, Copy, Debug)]
-pub struct Cleaned<'a> {
-    pub(super) image: &'a CoherentImage,
-    pub(super) words: &'a [u32],
-    pub(super) range: RangeResponse,
-    pub(super) map: &'a PolarMap,
-    pub(super) found: &'a FoundEchoes,
+struct TakenEcho {
+    /// Node and stored bin, fractional.
+    node: f32,
+    bin: f32,
+    /// Phasor of the bin.
+    phasor: [f32; 2],
+    /// Complex amplitude, and its power over the noise.
+    amplitude: [f32; 2],
+    power: f32,
 }
 
-impl Cleaned<'_> {
-    /// Returns the gain in power of a surface's look over one row's cell.
-    pub fn gain(&self) -> f32 {
-        CoherentImage::gain(self.map)
+/// A finished image behind CLEAN, with the echoes that were taken out of it.
+#[derive(Debug)]
+pub struct Cleaned<'a> {
+    image: &'a CoherentImage,
+    words: &'a [u32],
+    range: RangeResponse,
+    echoes: Vec<TakenEcho, MAX_ECHOES>,
+    /// Mean power of the noise in a cell; a full-scale tone in one row has power 1.
+    noise: f32,
+    /// Gain in power of a point over one row's cell.
+    gain: f32,
+}
+
+impl<'a> Cleaned<'a> {
+    /// Returns what is left of an image with its cells in `words` and the shape of `map`, and the echoes found in it.
+    #[inline(never)]
+    pub(super) fn new(
+        image: &'a CoherentImage,
+        words: &'a [u32],
+        range: RangeResponse,
+        map: &PolarMap,
+        found: &FoundEchoes,
+    ) -> Self {
+        let octaves = (found.noise - f32::from(FULL_SCALE)) / f32::from(UNITS_PER_OCTAVE);
+        let noise = math::exp2(octaves);
+        let gain = CoherentImage::gain(map);
+        let geometry = map.geometry();
+        let taken = found.echoes.iter().map(|echo| {
+            let power = gain * math::power_ratio(echo.snr_db);
+            let bin = (echo.range_m - geometry.first_range_m) / geometry.bin_m;
+            TakenEcho {
+                node: image.nodes().at(echo.angle_rad),
+                bin,
+                phasor: range.phasor(bin),
+                amplitude: echo.phasor.map(|part| math::sqrt(noise * power) * part),
+                power,
+            }
+        });
+        Self {
+            image,
+            words,
+            range,
+            echoes: taken.collect(),
+            noise,
+            gain,
+        }
     }
 
-    /// Returns the mean power of the noise in a cell; a full-scale tone in one row has power 1.
-    fn noise(&self) -> f32 {
-        math::exp2((self.found.noise - f32::from(FULL_SCALE)) / f32::from(UNITS_PER_OCTAVE))
+    /// Returns the gain in power of a surface's look over one row's cell.
+    pub fn gain(&self) -> f32 {
+        self.gain
     }
 
     /// Returns the look at a stored bin and an angle, radians; `None` outside of the scan.
@@ -54,32 +107,43 @@ impl Cleaned<'_> {
         let share = at - node;
         let [a, b] = [0, 1].map(|k| self.image.cell(self.words, node as usize + k, bin));
         let mut sum = [a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])];
-        let noise = self.noise();
-        let gain = self.gain();
-        let geometry = self.map.geometry();
-        let mut error = 0.0;
-        for echo in &self.found.echoes {
-            let off = bin as f32 - (echo.range_m - geometry.first_range_m) / geometry.bin_m;
-            let turn = (at - nodes.at(echo.angle_rad)) / nodes.lobe_sigma();
-            let power = noise * gain * math::power_ratio(echo.snr_db);
-            let taken = Taken { power, turn, off };
-            if turn.abs() > OWN {
-                error += taken.error(&self.range, bin as f32);
+        let mut background = 1.0;
+        let place = bin as f32;
+        let phasor = self.range.phasor(place);
+        let per_sigma = 1.0 / nodes.lobe_sigma();
+        for echo in &self.echoes {
+            let off = place - echo.bin;
+            let near = off.abs() <= LOBE_BINS;
+            if !near && echo.power < STRONG {
                 continue;
             }
-            error += taken.sweep_error(&self.range, bin as f32);
+            let turn = (at - echo.node) * per_sigma;
+            if !near && turn.abs() > DARK {
+                continue;
+            }
+            let taken = Taken {
+                power: echo.power,
+                turn,
+                off,
+            };
+            if turn.abs() > OWN {
+                // All of a weak one's errors together are negligible.
+                if echo.power > WEAK {
+                    background += taken.error(&self.range, place);
+                }
+                continue;
+            }
+            background += taken.sweep_error(&self.range, place);
             if off.abs() <= response::REACH as f32 {
-                let mut along = [[0.0; 2]];
-                self.range.along(off, &mut along);
-                let [[re, im]] = along;
-                let size = math::sqrt(power) * math::exp(-0.5 * turn * turn);
-                let (sin, cos) = math::sin_cos(echo.phase_rad);
-                sum[0] += size * (re * cos - im * sin);
-                sum[1] += size * (re * sin + im * cos);
+                let lobe = math::exp(-0.5 * turn * turn);
+                let [re, im] = self.range.at(off, phasor, echo.phasor);
+                let ([a, b], [sum_re, sum_im]) = (echo.amplitude, &mut sum);
+                *sum_re += lobe * (re * a - im * b);
+                *sum_im += lobe * (re * b + im * a);
             }
         }
-        let background = 1.0 + error / noise;
-        let power = (sum[0] * sum[0] + sum[1] * sum[1]) / (noise * background);
+        let [re, im] = sum;
+        let power = (re * re + im * im) / (self.noise * background);
         Some(Look { power, background })
     }
 }
