@@ -63,7 +63,7 @@ use crate::config::Plane;
 use crate::estimator::{Estimator, MappedScan};
 use crate::model::chart::Chart;
 pub use crate::model::cloud::{Cloud, ReportedAnswer};
-use crate::model::lines::DEPTHS_M;
+use crate::model::power::DEPTHS_M;
 use crate::model::surfaces::Recursions;
 use crate::model::treads::Descending;
 use crate::model::{Surfaces, View};

@@ -2,7 +2,8 @@
 
 use super::chart::Chart;
 use super::gaze::{FLANK, Gaze, LookedCell};
-use super::lines::{CELLS, DEPTHS_M, Lines, Power, RangeCell, Shown};
+use super::lines::{CELLS, Lines};
+use super::power::{DEPTHS_M, Power, RangeCell, Shown};
 use crate::math;
 use crate::params::guard::{FIRST_DB, ODD, SIDE_LOBES, STEP_DB};
 

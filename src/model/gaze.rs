@@ -4,12 +4,15 @@
 //! flank near it. In the image CLEAN has taken it out.
 
 use super::chart::Chart;
-use super::lines::{DEPTHS_M, Power, RangeCell, WEIGHTS};
+use super::power::{DEPTHS_M, Power, RangeCell};
 use crate::math;
 use crate::params::ground_line::{ITSELF, LINE_REACH, MIN_SHARE, OFF_M, SIDE_LOBES};
 use crate::signal::grid::{EIGHTHS, UNITS_PER_OCTAVE};
 use crate::signal::image::Cleaned;
 
+/// Sum of the rows' weights (1 - t²)² in the mean along a line, per row of its half-width; t is a row's offset from the
+/// line over the half-width.
+pub(super) const WEIGHTS: f32 = 16.0 / 15.0;
 /// Maximum step of the search for a cell's strongest row, rows; the step is one standard deviation of the beam if that
 /// is less.
 const STRIDE: usize = 4;

@@ -5,7 +5,8 @@
 //! apart.
 
 use super::above::{Above, DEPTHS};
-use super::lines::{CELLS, Lines, Power};
+use super::lines::{CELLS, Lines};
+use super::power::Power;
 use crate::math;
 use crate::params::guard::{KEPT, KEPT_UNPLACED};
 
@@ -133,7 +134,7 @@ impl MeanLines {
 
 #[cfg(test)]
 mod tests {
-    use super::super::lines::{DEPTHS_M, RangeCell};
+    use super::super::power::{DEPTHS_M, RangeCell};
     use super::*;
 
     /// Returns ten range cells from 0.6 m on, all with this power along the ground.

@@ -7,7 +7,7 @@
 //! | `normal`, `sight` | the normal distribution and its tail; visibility behind and below an edge |
 //! | `feature`, `places` | classes of point features, their expected places, and the visible part of a riser |
 //! | `points` | the measurement model: likelihood of the echoes under a hypothesis |
-//! | `gaze`, `lines`, `above`, `mean` | power along lines of the ground, below and above it; its mean over sweeps |
+//! | `gaze`, `power`, `lines`, `above`, `mean` | power along lines of the ground, below and above it; its mean over sweeps |
 //! | `surfaces` | likelihood that the ground goes on, ends, or that something stands on it |
 //! | `treads` | the measurement model of stairs going down: likelihood of the echoes on treads seen from above |
 //! | [`cloud`] | weighted hypotheses (particles), their resampling, and where an answer is wrong by them |
@@ -26,6 +26,7 @@ pub mod mean;
 pub(crate) mod normal;
 mod places;
 mod points;
+pub mod power;
 pub(crate) mod prior;
 mod sight;
 mod staircase;

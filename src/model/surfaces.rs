@@ -12,7 +12,8 @@
 //! | riser at b | F(b) + the ground's line around it; what is above it is left to the echoes |
 //! | threshold at b | as a riser + ground again |
 
-use super::lines::{CELLS, DEPTHS_M, Lines, Power};
+use super::lines::{CELLS, Lines};
+use super::power::{DEPTHS_M, Power};
 use crate::math;
 use crate::params::ground_line::{
     AGAIN, ANY_DB, DARK_AT_RISER, FIRST_STATE_DB, HOLE_M, JUMPS, LIES_LOW, LOW_ENDS, LOWER, ODD,

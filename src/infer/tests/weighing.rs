@@ -269,6 +269,7 @@ fn any_echo() -> impl Strategy<Value = Echo> {
             angle_sigma_rad,
             range_sigma_m: 0.001,
             native_bin: 0.0,
+            phasor: [1.0, 0.0],
         },
     )
 }

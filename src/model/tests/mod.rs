@@ -76,6 +76,7 @@ pub(crate) fn echo(x_m: f32, y_m: f32, snr_db: f32) -> Echo {
         angle_sigma_rad: 0.001,
         range_sigma_m: 0.0005,
         native_bin: 0.0,
+        phasor: [1.0, 0.0],
     }
 }
 

@@ -203,6 +203,7 @@ fn echo(x_m: f32, y_m: f32, snr_db: f32) -> Echo {
         angle_sigma_rad: 0.002,
         range_sigma_m: 0.001,
         native_bin: 0.0,
+        phasor: [1.0, 0.0],
     }
 }
 
