@@ -21,7 +21,7 @@ pub static UP: Weights = Weights {
     ],
     maps: [PlattMap { slope: 1.0369443, offset: -0.23498224 }, PlattMap { slope: 0.88011205, offset: 0.008485702 }],
     maybe_map: PlattMap { slope: 0.5647287, offset: 0.16775528 },
-    ok_from: [0.977, 0.906],
+    ok_from: [0.977, 0.903],
 };
 
 /// Weights of the height plane.

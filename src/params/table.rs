@@ -88,7 +88,7 @@ params! {
         /// Number of such echoes from which the limits for many echoes apply.
         beam_echoes = 3.0, "", Hand;
         /// Minimum median lobe width over the rows, in units of a point scatterer's; below it the rows are farther apart than configured.
-        beam_narrow = 0.87, "", Derived, "a beam 10 % narrower than stated, measured to 3 %; a step a quarter too large gives 0.80 to 0.86";
+        beam_narrow = 0.90, "", Derived, "a beam 10 % narrower than stated";
         /// Maximum width of the narrowest lobe.
         beam_broad = 1.18, "", Hand, "own scenes, tuning seeds: of 653 answers that are ok none has more than 1.17";
         /// Maximum width of the narrowest lobe of few echoes.
