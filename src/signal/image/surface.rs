@@ -69,22 +69,25 @@ impl<'a> Cleaned<'a> {
         let noise = math::exp2(octaves);
         let gain = CoherentImage::gain(map);
         let geometry = map.geometry();
-        let taken = found.echoes.iter().map(|echo| {
+        let mut echoes = Vec::new();
+        for echo in &found.echoes {
             let power = gain * math::power_ratio(echo.snr_db);
             let bin = (echo.range_m - geometry.first_range_m) / geometry.bin_m;
-            TakenEcho {
+            let taken = TakenEcho {
                 node: image.nodes().at(echo.angle_rad),
                 bin,
                 phasor: range.phasor(bin),
                 amplitude: echo.phasor.map(|part| math::sqrt(noise * power) * part),
                 power,
-            }
-        });
+            };
+            // There is room.
+            let _ = echoes.push(taken);
+        }
         Self {
             image,
             words,
             range,
-            echoes: taken.collect(),
+            echoes,
             noise,
             gain,
         }
