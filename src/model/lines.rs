@@ -206,7 +206,7 @@ impl Lines {
     }
 
     /// Returns the quantised power over the noise in range cell `b` along lower ground of depth number `k` of
-    /// [`DEPTHS_M`].
+    /// [`DEPTHS_M`](super::power::DEPTHS_M).
     pub fn lower(&self, b: usize, k: usize) -> Power {
         let power = self.cells.get(b).and_then(|c| c.lower.get(k));
         power.copied().unwrap_or_default()
