@@ -63,7 +63,7 @@ impl RangeResponse {
         }
     }
 
-    /// Returns the phasor of a stored bin, [`RangeResponse::at`]'s two arguments.
+    /// Returns the phasor of a stored bin, as [`RangeResponse::at`] takes it.
     pub fn phasor(&self, bin: f32) -> [f32; 2] {
         let (sin, cos) = math::sin_cos(self.radians_per_bin * bin);
         [cos, sin]

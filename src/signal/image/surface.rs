@@ -1,4 +1,5 @@
-//! What a finished image shows of a surface: one complex look a place, with what CLEAN took out of it there.
+//! Power of a surface in a finished image: at each place one complex value, to which the surface's own echoes, which CLEAN has
+//! subtracted, are added again.
 
 use super::clean::{DARK, LOBE_BINS, Taken};
 use super::coherent::CoherentImage;
@@ -16,8 +17,9 @@ const OWN: f32 = 0.5;
 
 /// Share of the noise below which an error is negligible: 0.1 dB.
 const NEGLIGIBLE: f32 = 0.02;
-/// Maximum power over the noise of an echo whose errors are negligible in every cell, and in those away from its own range.
+/// Maximum power over the noise of an echo whose errors are negligible in every cell.
 const WEAK: f32 = NEGLIGIBLE / PATTERN;
+/// Minimum power over the noise of an echo whose errors count in cells away from its own range.
 const STRONG: f32 = NEGLIGIBLE / SKIRT;
 
 /// Power at a place of a surface.
