@@ -220,6 +220,16 @@ impl CoherentImage {
         [f32::from(x.re()) * unit, f32::from(x.im()) * unit]
     }
 
+    /// Returns the value of a finished image at a (fractional) node that is not negative, interpolated between two nodes.
+    #[inline(always)]
+    pub fn between(&self, words: &[u32], at: f32, bin: usize) -> [f32; 2] {
+        // The cast saturates.
+        let node = at as usize;
+        let share = at - node as f32;
+        let [a, b] = [node, node + 1].map(|node| self.cell(words, node, bin));
+        [a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])]
+    }
+
     /// Returns the amplitude of a mantissa of 1 in node `j`.
     pub fn unit(&self, j: usize) -> f32 {
         let exponent = self.exponents.get(j).copied().unwrap_or(0);

@@ -76,14 +76,7 @@ impl KeptImage {
         if at < 0.0 {
             return 0.0;
         }
-        let node = at as usize;
-        let share = at - node as f32;
-        let words = self.memory.words();
-        let [a, b] = [node, node + 1].map(|node| self.image.cell(words, node, bin));
-        let [re, im] = core::array::from_fn(|k| {
-            let [a, b] = [a, b].map(|cell| cell.get(k).copied().unwrap_or(0.0));
-            a + share * (b - a)
-        });
+        let [re, im] = self.image.between(self.memory.words(), at, bin);
         re * re + im * im
     }
 

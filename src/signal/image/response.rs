@@ -52,12 +52,7 @@ impl RangeResponse {
         let mut x = off * self.native_per_bin;
         for out in out {
             let ([cos, sin], [_, wave]) = (phase.next(), sine.next());
-            let left = 1.0 - x * x;
-            let size = if x.abs() < NEAR_LIMIT || left.abs() < NEAR_LIMIT {
-                hann(x)
-            } else {
-                wave / (core::f32::consts::PI * x * left)
-            };
+            let size = hann_with(x, wave);
             *out = [size * cos, size * sin];
             x += self.native_per_bin;
         }
@@ -74,12 +69,7 @@ impl RangeResponse {
     pub fn at(&self, off: f32, [a, b]: [f32; 2], [c, d]: [f32; 2]) -> [f32; 2] {
         let (cos, sin) = (a * c + b * d, b * c - a * d);
         let x = off * self.native_per_bin;
-        let left = 1.0 - x * x;
-        let size = if x.abs() < NEAR_LIMIT || left.abs() < NEAR_LIMIT {
-            hann(x)
-        } else {
-            sin / (core::f32::consts::PI * x * left)
-        };
+        let size = hann_with(x, sin);
         [size * cos, -size * sin]
     }
 
@@ -119,6 +109,17 @@ impl Phasor {
         let ([a, b], [c, d]) = (self.now, self.step);
         self.now = [a * c - b * d, a * d + b * c];
         [a, b]
+    }
+}
+
+/// Returns what [`hann`] does at `x` native bins, with sin(πx) at hand.
+#[inline(always)]
+fn hann_with(x: f32, sin: f32) -> f32 {
+    let left = 1.0 - x * x;
+    if x.abs() < NEAR_LIMIT || left.abs() < NEAR_LIMIT {
+        hann(x)
+    } else {
+        sin / (core::f32::consts::PI * x * left)
     }
 }
 

@@ -105,13 +105,10 @@ impl<'a> Cleaned<'a> {
     pub fn look(&self, bin: usize, angle_rad: f32) -> Option<Look> {
         let nodes = self.image.nodes();
         let at = nodes.at(angle_rad);
-        let node = math::floor(at);
-        if node < 0.0 || node + 1.0 >= nodes.count() as f32 || bin >= self.image.bins() {
+        if at < 0.0 || math::floor(at) + 1.0 >= nodes.count() as f32 || bin >= self.image.bins() {
             return None;
         }
-        let share = at - node;
-        let [a, b] = [0, 1].map(|k| self.image.cell(self.words, node as usize + k, bin));
-        let mut sum = [a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])];
+        let mut sum = self.image.between(self.words, at, bin);
         let mut background = 1.0;
         let place = bin as f32;
         let phasor = self.range.phasor(place);
