@@ -4,14 +4,16 @@
 //! once (ARMv7-M Architecture Reference Manual, B1.5.18). So none is missed, and nothing needs to be masked. TIM2 ends a
 //! sleep in which no other interrupt comes.
 //!
-//! Without the crystal the core does not sleep: at 16 MHz a step takes as long as most rests. So it never sleeps in the
-//! emulator, which has no crystal; the model of the chip (`chip/`) tests the sleep.
+//! Without the crystal the core does not sleep: at 16 MHz a step takes as long as most rests. It waits awake for as long,
+//! and leaves ports and timers alone meanwhile: so it is in the emulator, which has no crystal, and where each poll of a
+//! port costs more than the wait. The model of the chip (`chip/`) tests the sleep.
 
 use stairscan::scanner::rest::Rest;
 use stm32f4xx_hal::pac;
 use stm32f4xx_hal::rcc::{Enable, Rcc};
 
-use super::clock::{self, Clocks, prescaler};
+use super::clock::{self, Clocks, HSI, prescaler};
+use super::delay::delay_clocks;
 
 /// Timer that ends the core's sleep; `None` if the core does not sleep.
 pub struct Sleep(Option<pac::TIM2>);
@@ -33,10 +35,13 @@ impl Sleep {
     }
 
     /// Sleeps until an interrupt comes, at most as long as `rest` allows; returns at once if one has come since the last
-    /// sleep.
+    /// sleep. Without the crystal it waits as long as `rest` allows.
     pub fn wait(&mut self, rest: Rest) {
-        let (Some(timer), Some(us)) = (&self.0, rest.limit_us()) else {
+        let Some(us) = rest.limit_us() else {
             return;
+        };
+        let Some(timer) = &self.0 else {
+            return delay_clocks(us * (HSI.core_hz / 1_000_000));
         };
         timer.arr().write(|w| w.set(us));
         timer.cnt().write(|w| w.set(0));
