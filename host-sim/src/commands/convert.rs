@@ -140,7 +140,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         }
         Output::Messages => {
             let scans = scan_all(args, &paths)?;
-            outputs.write(&args.output, &mcap::write(&scans)?)?;
+            outputs.write(&args.output, &mcap::write(&scans, &[])?)?;
             summary(&scans, "messages of")
         }
     };
@@ -152,18 +152,18 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 fn of_logs(args: &Args, output: &Output, logs: &[Log]) -> Result<ExitCode> {
     let outputs = args.overwrite.reading(&args.inputs);
     outputs.check(&args.output)?;
-    if args.table == Table::Sweeps {
-        return sweeps_of_logs(args, output, logs, &outputs);
+    match (output, args.table) {
+        (Output::Messages, Table::Steps | Table::Answers) => {
+            return messages_of_logs(args, logs, &outputs);
+        }
+        (_, Table::Sweeps) => return sweeps_of_logs(args, output, logs, &outputs),
+        _ => {}
     }
     let mut all = Vec::new();
     for log in logs {
         all.extend(logs::scans(log)?);
     }
     let summary = match (output, args.table) {
-        (Output::Messages, _) => {
-            outputs.write(&args.output, &mcap::write(&all)?)?;
-            summary(&all, "messages of")
-        }
         (Output::Table, Table::Answers | Table::Steps) => {
             outputs.write(&args.output, &tables::write(&all, args.table)?)?;
             summary(&all, "rows of")
@@ -174,6 +174,30 @@ fn of_logs(args: &Args, output: &Output, logs: &[Log]) -> Result<ExitCode> {
         ),
     };
     emit(&format!("{}: {summary}\n", args.output.display()));
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Writes the messages of logs, and prints the number of scans and guard sweeps.
+fn messages_of_logs(args: &Args, logs: &[Log], outputs: &Outputs) -> Result<ExitCode> {
+    let (mut scans, mut sweeps) = (Vec::new(), Vec::new());
+    for log in logs {
+        let of = logs::sweeps(log).unwrap_or_default();
+        match logs::scans(log) {
+            Ok(of) => scans.extend(of),
+            Err(error) if of.is_empty() => return Err(error),
+            Err(_) => {}
+        }
+        sweeps.extend(of);
+    }
+    outputs.write(&args.output, &mcap::write(&scans, &sweeps)?)?;
+    let counts = [(scans.len(), "scan"), (sweeps.len(), "guard sweep")];
+    let counts: Vec<String> = counts
+        .iter()
+        .filter(|(count, _)| *count > 0)
+        .map(|(count, noun)| counted(*count, noun))
+        .collect();
+    let file = args.output.display();
+    emit(&format!("{file}: messages of {}\n", counts.join(" and ")));
     Ok(ExitCode::SUCCESS)
 }
 

@@ -104,7 +104,7 @@ pub fn scans(log: &Log) -> Result<Vec<Scan>> {
     let sweeps = match log.sweeps().count() {
         0 => "no guard sweep".to_owned(),
         some => format!(
-            "{}: cargo sim convert --table sweeps -o FILE.csv",
+            "{}: cargo sim convert -o FILE.mcap, or --table sweeps -o FILE.csv",
             counted(some, "guard sweep")
         ),
     };

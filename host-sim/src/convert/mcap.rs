@@ -1,4 +1,4 @@
-//! MCAP files: a set of [messages](super::messages) per scan, for Foxglove, Rerun and the tools of
+//! MCAP files: a set of [messages](super::messages) per scan and per guard sweep, for Foxglove, Rerun and the tools of
 //! ROS 2.
 
 use std::collections::BTreeMap;
@@ -8,42 +8,67 @@ use anyhow::{Context, Result};
 use mcap::WriteOptions;
 use mcap::records::MessageHeader;
 
-use super::messages::{FRAME, Topic};
+use super::messages::{Channel, FRAME, Topic, free_message, sweeps_channel};
 use super::scans::Scan;
+use crate::guarded::Guarded;
 
-/// Returns the MCAP file of these scans.
+/// Returns the MCAP file of these scans and guard sweeps, each sweep with its time, ns. Messages stand in the order of time.
 ///
 /// # Errors
 /// None: writing to memory does not fail.
-pub fn write(scans: &[Scan]) -> Result<Vec<u8>> {
+pub fn write(scans: &[Scan], sweeps: &[(u64, Guarded)]) -> Result<Vec<u8>> {
     let options = WriteOptions::new()
         .compression(None)
         // Not "ros2", which allows no JSON messages besides its own.
         .profile("")
         .library(concat!("stairscan ", env!("CARGO_PKG_VERSION")));
     let mut file = options.create(Cursor::new(Vec::new()))?;
-    let mut topics = Vec::new();
-    for topic in Topic::ALL {
-        let of = topic.channel();
+    let mut add = |of: &Channel| {
         let definition = of.definition.as_bytes();
         let schema = file.add_schema(of.schema, of.schema_encoding, definition)?;
-        let channel = file.add_channel(schema, of.topic, of.encoding, &BTreeMap::new())?;
-        topics.push((topic, channel));
-    }
-    for (k, scan) in scans.iter().enumerate() {
-        for &(topic, channel_id) in &topics {
-            let Some(message) = topic.message(scan, FRAME)? else {
-                continue;
-            };
-            let header = MessageHeader {
-                channel_id,
-                sequence: k as u32,
-                log_time: scan.stamp_ns,
-                publish_time: scan.stamp_ns,
-            };
-            file.write_to_known_channel(&header, &message)?;
+        file.add_channel(schema, of.topic, of.encoding, &BTreeMap::new())
+    };
+    let topics = Topic::ALL.map(|topic| (topic, add(&topic.channel())));
+    let of_sweeps = match sweeps {
+        [] => None,
+        _ => Some(add(&sweeps_channel())?),
+    };
+    let mut messages = Vec::new();
+    for (topic, channel_id) in topics {
+        let channel_id = channel_id?;
+        for (k, scan) in scans.iter().enumerate() {
+            if let Some(message) = topic.message(scan, FRAME)? {
+                messages.push((header(channel_id, k, scan.stamp_ns), message));
+            }
         }
+        for (k, (stamp_ns, sweep)) in sweeps.iter().enumerate() {
+            if topic == Topic::Free {
+                messages.push((
+                    header(channel_id, k, *stamp_ns),
+                    free_message(&sweep.json())?,
+                ));
+            }
+        }
+    }
+    for (k, (stamp_ns, sweep)) in sweeps.iter().enumerate() {
+        let json = sweep.json().to_string().into_bytes();
+        messages.extend(of_sweeps.map(|id| (header(id, k, *stamp_ns), json)));
+    }
+    // Stable: the messages of one time keep the order of the topics.
+    messages.sort_by_key(|(header, _)| header.log_time);
+    for (header, message) in &messages {
+        file.write_to_known_channel(header, message)?;
     }
     file.finish().context("MCAP")?;
     Ok(file.into_inner().into_inner())
+}
+
+/// Returns the header of message `k` of a channel, with its time, ns.
+fn header(channel_id: u16, k: usize, stamp_ns: u64) -> MessageHeader {
+    MessageHeader {
+        channel_id,
+        sequence: k as u32,
+        log_time: stamp_ns,
+        publish_time: stamp_ns,
+    }
 }

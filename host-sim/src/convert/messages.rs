@@ -7,7 +7,8 @@
 //! | `/stairscan/stairs` | `visualization_msgs/msg/MarkerArray` | steps, 2σ, horizon, possible steps |
 //! | `/stairscan/status` | `diagnostic_msgs/msg/DiagnosticArray` | status, with the text of each reason |
 //! | `/stairscan/staircase` | `stairscan_msgs/msg/Staircase` | the answer with covariances |
-//! | `/stairscan/free` | `std_msgs/msg/Float32` | free distance, metres; 0 if none is reported |
+//! | `/stairscan/free` | `std_msgs/msg/Float32` | free distance, metres; 0 if none is reported; of guard sweeps, too |
+//! | `/stairscan/guard` | JSON | a guard sweep, as `replay --format json` prints it |
 //!
 //! Frame `stairscan`: x forward, y to the left, z up, metres. Its origin lies on the ground under
 //! the mirror's centre at the scan's last row. The radar measures one plane, y = 0; the drawn width
@@ -144,11 +145,38 @@ impl Topic {
             })?,
             Self::Status => encoded(&diagnostics(&header, scan))?,
             Self::Staircase => encoded(&Staircase::of(&header, scan))?,
-            Self::Free => encoded(&Float32 {
-                data: free_m(scan) as f32,
-            })?,
+            Self::Free => free_message(&scan.json)?,
         }))
     }
+}
+
+/// Returns the encoded message with the free distance of an answer or a guard sweep as JSON.
+///
+/// # Errors
+/// None: encoding it does not fail.
+pub fn free_message(json: &Value) -> Result<Vec<u8>> {
+    encoded(&Float32 {
+        data: free_m(json) as f32,
+    })
+}
+
+/// Returns the topic of guard sweeps.
+pub fn sweeps_channel() -> Channel {
+    let optional = json!({"type": ["number", "null"]});
+    let schema = json!({
+        "title": "stairscan.GuardSweep",
+        "type": "object",
+        "properties": {
+            "recording": {"type": "string"},
+            "guard": {"type": "integer"},
+            "status": {"type": "string", "enum": ["ok", "degraded", "fault"]},
+            "free_m": optional,
+            "what": {"type": "string"},
+            "confidence": {"type": "number"},
+            "reasons": {"type": "array", "items": {"type": "string"}},
+        },
+    });
+    Channel::json("/stairscan/guard", "stairscan.GuardSweep", &schema)
 }
 
 /// Returns the header of a message with this time stamp, nanoseconds since 1970, and this frame's name.

@@ -90,7 +90,7 @@ impl Staircase {
                 .into_iter()
                 .collect(),
             horizon: number(json, "horizon_m"),
-            free: free_m(scan),
+            free: free_m(json),
             confidence: number(json, "confidence"),
             lost_rows: json["lost_rows"].as_u64().unwrap_or(0) as u32,
         }
@@ -137,10 +137,10 @@ pub fn level(status: Status) -> u8 {
     }
 }
 
-/// Returns the free distance of a scan, metres; 0 if none is reported, so that no comparison takes the way to be
-/// free.
-pub fn free_m(scan: &Scan) -> f64 {
-    scan.json["free_m"].as_f64().unwrap_or(0.0)
+/// Returns the free distance of an answer or a guard sweep as JSON, metres; 0 if none is reported, so that no comparison
+/// takes the way to be free.
+pub fn free_m(json: &Value) -> f64 {
+    json["free_m"].as_f64().unwrap_or(0.0)
 }
 
 /// Returns the number at `key` of a JSON object; NaN if it is `null`.

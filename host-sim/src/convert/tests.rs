@@ -448,7 +448,7 @@ fn tables_say_what_the_json_says() {
 #[test]
 fn a_drop_stands_in_table_and_markers() {
     let mut scans = scans::of(&recorded("stair_a"), &Options::default(), false).unwrap();
-    let bare = mcap::write(&scans).unwrap();
+    let bare = mcap::write(&scans, &[]).unwrap();
     scans[0].json["drop"] = serde_json::json!({
         "distance_m": 1.5,
         "distance_sigma_m": 0.02,
@@ -466,7 +466,7 @@ fn a_drop_stands_in_table_and_markers() {
         assert_eq!(&row[column("drop_depth_m")], "");
         assert_eq!(row[column("free_m")], scans[0].json["free_m"].to_string());
     }
-    let with = mcap::write(&scans).unwrap();
+    let with = mcap::write(&scans, &[]).unwrap();
     let has = |file: &[u8]| file.windows(12).any(|w| w == b"drop 3 sigma");
     assert!(has(&with) && !has(&bare));
 }
@@ -488,8 +488,8 @@ fn the_same_recording_gives_the_same_file_with_times_of_its_own() {
     let recording = recorded("stair_a");
     let scans = || scans::of(&recording, &Options::default(), false).unwrap();
     let (once, again) = (
-        mcap::write(&scans()).unwrap(),
-        mcap::write(&scans()).unwrap(),
+        mcap::write(&scans(), &[]).unwrap(),
+        mcap::write(&scans(), &[]).unwrap(),
     );
     assert!(once == again);
     assert_eq!(scans()[0].stamp_ns, 1_000_000_000);

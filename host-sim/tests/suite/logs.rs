@@ -174,7 +174,7 @@ const SWEEPS: [&str; 3] = [
 ];
 
 #[test]
-fn a_log_of_guard_sweeps_becomes_a_table() {
+fn a_log_of_guard_sweeps_becomes_a_table_and_messages() {
     let dir = Scratch::new("logs-sweeps");
     let [log, table, other] =
         ["guard.log", "sweeps.csv", "sweeps.mcap"].map(|name| dir.path().join(name));
@@ -205,10 +205,26 @@ fn a_log_of_guard_sweeps_becomes_a_table() {
         "--table sweeps: expected .csv",
     );
     // Without the option, it is named.
-    refused(
-        &["convert", text(&log), "-o", text(&other)],
-        "--table sweeps",
-    );
+    refused(&["convert", text(&log), "-o", "x.csv"], "--table sweeps");
+    let said = printed(&["convert", text(&log), "-o", text(&other)]);
+    assert!(said.ends_with("messages of 3 guard sweeps\n"), "{said}");
+    let file = fs::read(&other).unwrap();
+    let messages = mcap::MessageStream::new(&file).unwrap();
+    let messages: Vec<_> = messages.map(Result::unwrap).collect();
+    let of = |topic: &str| {
+        let of = messages.iter().filter(|m| m.channel.topic == topic);
+        of.map(|m| (m.log_time / 1_000_000, m.data.to_vec()))
+            .collect::<Vec<_>>()
+    };
+    let [guard, free] = ["/stairscan/guard", "/stairscan/free"].map(of);
+    let sweep: serde_json::Value = serde_json::from_slice(&guard[1].1).unwrap();
+    assert_eq!((guard[1].0, &sweep["free_m"]), (350, &0.9125.into()));
+    // 0 without a free distance; four bytes before it say how numbers are written.
+    let free: Vec<f32> = free
+        .iter()
+        .map(|(_, data)| f32::from_le_bytes(data[4..8].try_into().unwrap()))
+        .collect();
+    assert_eq!(free, [1.0, 0.9125, 0.0]);
     refused(
         &["convert", recording, "--table", "sweeps", "-o", "x.csv"],
         "expected a log of sentences",
