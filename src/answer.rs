@@ -1,6 +1,7 @@
 //! Answer of one scan: direction, steps, drop, and possible further steps. Its status is in [`crate::verdict`].
 
 use crate::estimate::COVERAGE_FACTOR;
+use crate::math;
 
 /// Maximum number of steps of one answer.
 pub const MAX_STEPS: usize = 16;
@@ -40,6 +41,42 @@ pub struct Step {
     pub quality: u8,
 }
 
+/// Ground that is level and slopes from a place on: a ramp.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Slope {
+    /// Distance from the mirror at which the slope begins, metres; infinite for level ground.
+    pub from_m: f32,
+    /// Rise per metre; negative going down.
+    pub slope: f32,
+}
+
+impl Slope {
+    /// Level ground.
+    pub const LEVEL: Self = Self {
+        from_m: f32::INFINITY,
+        slope: 0.0,
+    };
+
+    /// Returns the height of the ground at distance `x_m`, metres above the level ground.
+    pub fn height_m(&self, x_m: f32) -> f32 {
+        self.slope * math::max(x_m - self.from_m, 0.0)
+    }
+
+    /// Returns the horizontal distance at which a range, metres, from a mirror `mirror_m` metres above the level ground
+    /// meets the ground, metres: to 1 mm, since the slope is gentle.
+    pub fn reach_m(&self, range_m: f32, mirror_m: f32) -> f32 {
+        let reach_m = |down_m: f32| {
+            let squared = range_m * range_m - down_m * down_m;
+            math::sqrt(math::max(squared, 0.0))
+        };
+        let level_m = reach_m(mirror_m);
+        if self.slope == 0.0 {
+            return level_m;
+        }
+        reach_m(mirror_m - self.height_m(level_m))
+    }
+}
+
 /// An estimator's answer: direction, steps, drop, and possible further steps. Status, horizon and confidence
 /// are in its [`Verdict`](crate::verdict::Verdict).
 ///
@@ -65,6 +102,8 @@ pub struct Answer {
     pub drop: Option<DropEdge>,
     /// Possible steps and drops that the answer does not contain, nearest first.
     pub possible_steps: heapless::Vec<PossibleStep, MAX_POSSIBLE_STEPS>,
+    /// Slope of the ground, gentle enough to drive on; `None` where the ground is level or not seen to slope.
+    pub ground: Option<Slope>,
 }
 
 /// Edge where the ground ends, or falls by more than 4 cm, and no staircase going down is reported.
@@ -114,6 +153,7 @@ impl Answer {
         steps: heapless::Vec::new(),
         drop: None,
         possible_steps: heapless::Vec::new(),
+        ground: None,
     };
 
     /// Resets to [`Answer::NONE`].
@@ -122,6 +162,21 @@ impl Answer {
         self.steps.clear();
         self.drop = None;
         self.possible_steps.clear();
+        self.ground = None;
+    }
+
+    /// Places the answer, whose heights are above the sloping ground, on that ground: then they are above the level
+    /// ground before it.
+    pub fn lie_on(&mut self, ground: Slope) {
+        for step in &mut self.steps {
+            step.height_m += ground.height_m(step.distance_m);
+        }
+        for maybe in &mut self.possible_steps {
+            if maybe.height_m > 0.0 {
+                maybe.height_m += ground.height_m(maybe.distance_m);
+            }
+        }
+        self.ground = Some(ground).filter(|ground| *ground != Slope::LEVEL);
     }
 
     /// Computes the tread depths and riser heights of the steps, which must be sorted by distance: a tread extends to

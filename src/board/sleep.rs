@@ -5,8 +5,9 @@
 //! sleep in which no other interrupt comes.
 //!
 //! Without the crystal the core does not sleep: at 16 MHz a step takes as long as most rests. It waits awake for as long,
-//! and leaves ports and timers alone meanwhile: so it is in the emulator, which has no crystal, and where each poll of a
-//! port costs more than the wait. The model of the chip (`chip/`) tests the sleep.
+//! and leaves ports and timers alone meanwhile, but polls where the module's reply is awaited. So it is in the emulator,
+//! which has no crystal: there each poll of a port costs more than the wait, and the module, a program outside, needs the
+//! time that polls take. The model of the chip (`chip/`) tests the sleep.
 
 use stairscan::scanner::rest::Rest;
 use stm32f4xx_hal::pac;
@@ -41,7 +42,10 @@ impl Sleep {
             return;
         };
         let Some(timer) = &self.0 else {
-            return delay_clocks(us * (HSI.core_hz / 1_000_000));
+            if rest > Rest::Reply {
+                delay_clocks(us * (HSI.core_hz / 1_000_000));
+            }
+            return;
         };
         timer.arr().write(|w| w.set(us));
         timer.cnt().write(|w| w.set(0));

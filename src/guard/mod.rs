@@ -12,6 +12,7 @@ mod reach;
 #[cfg(test)]
 mod tests;
 
+use crate::answer::Slope;
 use crate::config::Config;
 use crate::drive::{Drive, Mode};
 use crate::model::Surfaces;
@@ -71,6 +72,7 @@ impl Guard {
             _ => drive.moved_m,
         };
         let chart = Chart {
+            bend: Slope::LEVEL,
             map,
             noise: noise::level(map),
             bias_rad: 0.0,

@@ -1,5 +1,5 @@
 //! Initial hypotheses of the posterior: the search's best flights and the likely staircases of earlier scans, each
-//! refined (its levels, places and overhang fitted to its echoes), level ground and the likeliest ramp.
+//! refined (its levels, places and overhang fitted to its echoes), and level ground.
 
 use super::propose::descending;
 use super::propose::search::Search;
@@ -10,24 +10,22 @@ use crate::estimate::Estimate;
 use crate::math;
 use crate::model::cloud::Cloud;
 use crate::model::kinds::wall::{self, WALLS, WallEcho};
-use crate::model::kinds::{PROPOSALS, Propose};
 use crate::model::treads::Descending;
 use crate::model::{MAX_STEPS, Model, Sigmas, Staircase, View};
+use crate::params::Numbers;
 use crate::params::generative::Generative;
 use crate::params::posterior::{
     NEAREST_WALL_M, OTHER_MARGIN_NATS, OVERHANG_STARTS_M, PROPOSAL_MARGIN_NATS, SHORTEST_LANDING_M,
     STRETCHES,
 };
-use crate::params::{Numbers, Rules};
 use crate::past::History;
 use crate::signal::echoes::Echo;
 use crate::signal::grid::PolarMap;
 use heapless::Vec;
 
-/// Initial hypotheses of the posterior, in no order: refined flights and a ramp; level ground and the answer of each
+/// Initial hypotheses of the posterior, in no order: refined flights; level ground and the answer of each
 /// round, each without a wall and with each likely wall behind it.
-pub(super) type Hypotheses =
-    Vec<Hypothesis, { MAX_REFINED + PROPOSALS.len() + (1 + ROUNDS) * (WALLS + 1) }>;
+pub(super) type Hypotheses = Vec<Hypothesis, { MAX_REFINED + (1 + ROUNDS) * (WALLS + 1) }>;
 
 /// The posterior of a scan: measurement model, initial hypotheses, particles.
 ///
@@ -105,7 +103,7 @@ impl Posterior {
     }
 
     /// Adds the initial hypotheses going up: the search's best flights and the likely staircases of earlier scans,
-    /// refined; the best flight also in the other build (closed or open); level ground; the likeliest ramp.
+    /// refined; the best flight also in the other build (closed or open); level ground.
     #[inline(never)]
     pub fn propose(&mut self, search: &Search<'_, '_>, past: Option<&History>) {
         let scores = search.leaders.iter().map(|f| f.score);
@@ -130,12 +128,6 @@ impl Posterior {
             }
         }
         self.add(&Staircase::nothing(), &[0.0; MAX_STEPS], NEAREST_WALL_M);
-        for propose in PROPOSALS {
-            if let Some(best) = self.best_of(propose, rules) {
-                // Cannot fail: one place is reserved for each.
-                let _ = self.hypotheses.push(best);
-            }
-        }
     }
 
     /// Replaces the hypotheses by those of stairs going down, level ground and a ramp, each with its weight. Where
@@ -159,18 +151,6 @@ impl Posterior {
                 }
             }
         });
-    }
-
-    /// Returns the likeliest hypothesis that a kind without risers proposes; `None` where it proposes none.
-    #[inline(never)]
-    fn best_of(&self, propose: Propose, rules: &Rules) -> Option<Hypothesis> {
-        let mut best: Option<Hypothesis> = None;
-        propose(rules, &mut |kind| {
-            let new = Hypothesis::new(&self.model, Staircase::of(kind), [0.0; MAX_STEPS]);
-            best = Some(best.map_or(new, |best| best.likelier(new)));
-            new.log_weight
-        });
-        best
     }
 
     /// Adds a staircase to the hypotheses: once without a wall, and once with each likely wall beyond `from_m`, metres.

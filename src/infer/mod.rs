@@ -58,7 +58,7 @@ mod variants;
 #[cfg(test)]
 mod tests;
 
-use crate::answer::Answer;
+use crate::answer::{Answer, Slope};
 use crate::config::Plane;
 use crate::estimator::{Estimator, MappedScan};
 use crate::model::chart::Chart;
@@ -68,8 +68,7 @@ use crate::model::surfaces::Recursions;
 use crate::model::treads::Descending;
 use crate::model::{Surfaces, View};
 use crate::motion::{Agreement, MotionCompensation, Retention, SweepComparison};
-use crate::mount::online::Calibration;
-use crate::mount::{GroundEvidence, online};
+use crate::mount::{Calibration, GroundEvidence};
 use crate::observer::trace::Stage;
 use crate::observer::{Event, Observer};
 use crate::params::generative::Generative;
@@ -169,6 +168,8 @@ impl Estimator for Likelihood {
 struct InstrumentEvidence {
     /// Agreement of the scan with the sweep before and with the motion input.
     agreement: Agreement,
+    /// Calibration on the ground; without meaning in the height plane.
+    calibration: Calibration,
     /// Evidence for the floor at its configured place; `None` in the height plane.
     floor: Option<GroundEvidence>,
     /// Widths of the strong echoes' main lobes; `None` where the chair moved, or without strong echoes.
@@ -212,9 +213,13 @@ impl Likelihood {
         observer.event(Event::Done(Stage::Echoes));
         let geometry = map.geometry();
         let up = geometry.plane == Plane::Depth;
-        let floor = up.then(|| GroundEvidence::of(echoes, geometry.bin_m, p));
+        let mut calibration = Calibration::fit(echoes, Slope::LEVEL, geometry, p);
+        let floor = up.then(|| GroundEvidence::of(echoes, &calibration, p));
         if let Some(floor) = floor {
             observer.event(Event::Floor(floor));
+            if floor.bend != Slope::LEVEL {
+                calibration = Calibration::fit(echoes, floor.bend, geometry, p);
+            }
         }
         // The row profiles shift in range while the chair moves.
         let still = moved_during_scan_m.abs() < p.beam_still_m && up;
@@ -224,6 +229,7 @@ impl Likelihood {
         }
         InstrumentEvidence {
             agreement,
+            calibration,
             floor,
             lobes,
         }
@@ -241,8 +247,8 @@ impl Likelihood {
     ) -> Option<AnswerQuality> {
         let p = self.params;
         let geometry = scan.map.geometry();
-        let level_to_m = instrument.floor.unwrap_or_default().level_to_m;
-        let found = online::calibrate(&mut self.echoes, level_to_m, geometry, p);
+        let found = instrument.calibration;
+        found.subtract(&mut self.echoes, geometry);
         observer.event(Event::Calibration(found));
         self.posterior.set_echoes(&self.echoes, scan.map);
         let surfaces = &mut self.posterior.model.surfaces;
@@ -258,7 +264,9 @@ impl Likelihood {
             floor_confirms_mount: instrument.floor.is_some_and(|floor| floor.confirmed(p)),
             params: p,
         };
-        Some(up.answer(memory, &mut self.posterior, past, observer, answer))
+        let quality = up.answer(memory, &mut self.posterior, past, observer, answer);
+        answer.lie_on(found.bend);
+        Some(quality)
     }
 
     /// Finds the likeliest stairs going down, or level ground. Writes the answer, and returns its quality.
@@ -338,6 +346,7 @@ fn evaluate_ground_line(
         noise: scan.found.noise,
         bias_rad: calibrated.bias_rad,
         height_m: calibrated.height_m,
+        bend: calibrated.bend,
         image: image.as_ref(),
         ride: MotionCompensation::of(scan.drive, &scan.config.radar),
     };

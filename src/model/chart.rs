@@ -1,5 +1,6 @@
 //! The polar map with the calibration and motion that relate its cells to places of the scene.
 
+use crate::answer::Slope;
 use crate::motion::MotionCompensation;
 use crate::signal::grid::{PolarMap, two_way_sigma};
 use crate::signal::image::Cleaned;
@@ -15,6 +16,8 @@ pub struct Chart<'m> {
     pub bias_rad: f32,
     /// Error of the configured mounting height (of the mirror above the ground), to be subtracted from it, metres.
     pub height_m: f32,
+    /// Slope of the ground.
+    pub bend: Slope,
     /// Coherent image of the scan, behind CLEAN; without it the map shows the surfaces.
     pub image: Option<&'m Cleaned<'m>>,
     /// Motion of the chair during the scan, if it is known.

@@ -81,12 +81,13 @@ impl<'c> Gaze<'c> {
     /// `range_m` is its range from the mirror's present position. `None` if the line of sight is too steep.
     fn place(&self, range_m: f32, y_m: f32) -> Option<(usize, f32)> {
         let geometry = self.chart.map.geometry();
-        let down_m = self.height_m - y_m;
-        let squared = range_m * range_m - down_m * down_m;
+        let level_m = self.height_m - y_m;
+        let squared = range_m * range_m - level_m * level_m;
         if squared < STEEPEST * range_m * range_m {
             return None;
         }
-        let x_m = math::sqrt(squared);
+        let x_m = self.chart.bend.reach_m(range_m, level_m);
+        let down_m = level_m - self.chart.bend.height_m(x_m);
         let row_of = |x_m: f32| (math::atan2(down_m, x_m) - self.first_rad) / self.step_rad;
         // Where the chair was and how it pitched while it looked there.
         let (x_m, row) = self.chart.ride.map_or((x_m, row_of(x_m)), |ride| {

@@ -20,6 +20,7 @@
 use super::chart::Chart;
 use super::gaze::Gaze;
 use super::power::{Power, RangeCell, Shown};
+use crate::answer::Slope;
 use crate::math;
 use crate::params::ground_line::{FARTHEST_M, LINE_REACH, MAX_NATS, NEAREST_M};
 
@@ -113,6 +114,8 @@ pub struct Lines {
     pub(super) step_m: f32,
     /// Height of the mirror above the ground, metres.
     pub height_m: f32,
+    /// Slope of the ground.
+    bend: Slope,
     /// Number of independent rows that see a line in one sweep.
     pub(super) rows: f32,
     /// Gain of a coherent look over one row's cell; 0 for looks at the power of rows.
@@ -134,6 +137,10 @@ impl Lines {
             first_m: 0.0,
             step_m: 0.0,
             height_m: 0.0,
+            bend: Slope {
+                from_m: 0.0,
+                slope: 0.0,
+            },
             rows: 0.0,
             coherent_gain: 0.0,
         }
@@ -164,6 +171,7 @@ impl Lines {
         };
         self.cells.clear();
         self.height_m = gaze.height_m;
+        self.bend = chart.bend;
         // `as` saturates.
         let bins = (math::round(CELL_M / geometry.bin_m) as usize).max(1);
         self.step_m = geometry.bin_m * bins as f32;
@@ -219,8 +227,7 @@ impl Lines {
 
     /// Returns the horizontal distance from the mirror at which a range, metres, meets the ground, metres.
     pub fn x_m(&self, range_m: f32) -> f32 {
-        let squared = range_m * range_m - self.height_m * self.height_m;
-        math::sqrt(math::max(squared, 0.0))
+        self.bend.reach_m(range_m, self.height_m)
     }
 
     /// Returns the index of the cell at a range, metres; the number of cells if it is farther.

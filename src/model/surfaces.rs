@@ -464,6 +464,7 @@ mod tests {
 
     fn chart(map: &PolarMap) -> Chart<'_> {
         Chart {
+            bend: Slope::LEVEL,
             map,
             noise: NOISE,
             bias_rad: 0.0,
@@ -595,6 +596,7 @@ mod tests {
         }
         for (bias_rad, height_m) in [(f32::NAN, 0.0), (9.0, 0.0), (0.0, f32::NAN), (-9.0, 5.0)] {
             let chart = Chart {
+                bend: Slope::LEVEL,
                 bias_rad,
                 height_m,
                 ..chart(&full)
@@ -625,6 +627,7 @@ mod tests {
         };
         let ride = MotionCompensation::of(&drive, &config.radar);
         let (x_m, nats) = end(&weighed(&Chart {
+            bend: Slope::LEVEL,
             ride,
             ..chart(&map)
         }));

@@ -9,12 +9,12 @@
 //! |---|---|
 //! | [`command`] | echoes of a level ground and a wall, scanned on command → height, angle offset and range scale, to be saved |
 //! | [`online`] | ground echoes of any scan → angle bias and height error of that scan, subtracted |
-//! | `floor` | echoes → variance of a ground echo's height; whether the ground is where mounting height and angle put it |
+//! | `ground` | echoes → variance of a ground echo's height; whether the ground is where mounting height and angle put it, and its slope |
 
 pub mod command;
-mod floor;
+mod ground;
 pub mod online;
 
 pub use command::Mounting;
-pub use floor::{GroundEvidence, floor_variance};
+pub use ground::{GroundEvidence, floor_variance};
 pub use online::Calibration;

@@ -109,9 +109,7 @@ numbers! {
     /// A calibration with large corrections shows a wrong mounting.
     strain in "mount": |p| p.calibration_strain = NEVER;
     /// A floor supported better elsewhere shows a wrong mounting.
-    floor_elsewhere in "mount": |p| p.floor_elsewhere = NEVER;
-    /// A floor supported only elsewhere shows a wrong mounting.
-    floor_alone in "mount": |p| p.floor_alone = NEVER;
+    floor_elsewhere in "mount": |p| p.floor_elsewhere_nats = NEVER;
     /// Lobes that are too narrow show wrong mirror angles.
     lobes_narrow in "mount": |p| p.beam_narrow = 0.0;
     /// Lobes that are too broad show wrong mirror angles.

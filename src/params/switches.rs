@@ -55,8 +55,6 @@ switches! {
     skipped_face in "search";
     /// Walls behind a flight are tried.
     walls_behind in "choice";
-    /// Particles: ramps.
-    ramp_particles in "particles";
     /// Particles: a flight without its last steps.
     less in "particles";
     /// Particles: one irregular rise.

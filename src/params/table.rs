@@ -3,7 +3,7 @@
 use super::entry::{Entry, Origin, params};
 use super::posterior;
 use super::switches::Rules;
-use crate::math::RAD_PER_DEG;
+use crate::math::{self, RAD_PER_DEG};
 
 params! {
     "echoes" {
@@ -47,14 +47,6 @@ params! {
         floor_to_m = 2.0, "m", Hand;
         /// Maximum height difference of an echo that is evidence for the floor.
         floor_astray_m = 0.25, "m", Derived, "a mount 12 cm off, and 4 degrees at 2 m";
-        /// Level at which an echo's weight for the floor is 0.
-        witness_from_db = 3.0, "dB", Hand;
-        /// Level above it at which that weight is 1.
-        witness_span_db = 15.0, "dB", Hand;
-        /// Maximum weight of an echo for the floor.
-        witness_most = 1.5, "", Hand;
-        /// Standard deviation of an echo's height that no other parameter covers.
-        witness_sigma_bins = 0.17, "bins", Derived, "2 mm at 10 GHz: a coarser radar blends edge and face over more";
         /// Height interval of the search for the floor.
         floor_height_step_m = 0.004, "m", Derived, "twice the error of a height";
         /// Slope interval of the search for the floor.
@@ -67,14 +59,10 @@ params! {
         floor_far_steps = 24.0, "", Derived, "a mount 8 cm off, and 4 steps";
         /// Maximum slope of the search, slope intervals: 5 degrees.
         floor_steep_steps = 20.0, "", Derived, "4 degrees off, and 4 steps";
-        /// Maximum excess support of a floor elsewhere, in weights of echoes.
-        floor_elsewhere = 1.4, "", Hand, "own scenes: 99 of 100 answers that are ok have less";
-        /// Minimum support of a floor elsewhere at which the configured floor needs support as well.
-        floor_alone = 0.5, "", Hand, "half an echo 18 dB above the noise";
-        /// Minimum support of the configured floor, as a share of that elsewhere.
-        floor_here_share = 0.25, "", Hand, "own scenes, tuning seeds: 2 of 320 answers that are ok have less";
-        /// Minimum excess support of the configured floor that confirms the mounting.
-        floor_firm = 0.1, "", Hand;
+        /// Maximum log-likelihood ratio of a floor elsewhere to one in its place.
+        floor_elsewhere_nats = 2.0, "nats", Derived, "one mounting in a hundred is off, in one of ten ways that differ";
+        /// Minimum log-likelihood ratio of the configured floor to one elsewhere that confirms the mounting.
+        floor_firm_nats = 1.0, "nats", Hand;
         /// Maximum angle of the first corner off the ground while the floor does not confirm the mounting.
         corner_astray_rad = 0.7 * RAD_PER_DEG, "rad", Hand, "own scenes: 5 of 506 answers that are ok have more, 1 of them without a floor";
         /// Maximum distance between that corner and the first step.
@@ -307,5 +295,13 @@ params! {
         plumb_m = 0.05, "m", Derived, "error of the mount height and the lobe in range";
         /// Maximum range of a line that blocks the view.
         blocked_m = 0.45, "m", Custom, "the nearest step that is reported";
+    }
+}
+
+impl Params {
+    /// Returns the credibility of an echo of this SNR, dB, 0…1: small near the noise, 1 well above it.
+    pub fn credibility(&self, snr_db: f32) -> f32 {
+        let share = (snr_db - self.credible_from_db) / self.credible_span_db;
+        math::max(math::min(share, 1.0), self.least_credibility)
     }
 }

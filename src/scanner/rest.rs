@@ -8,6 +8,8 @@
 pub enum Rest {
     /// The next step is due at once.
     None,
+    /// The radar module's reply is under way.
+    Reply,
     /// Bytes wait for a transmitter, or a deadline is near.
     Short,
     /// Nothing is under way but `LIVE`, or a deadline far off.
@@ -19,8 +21,16 @@ impl Rest {
     pub const fn limit_us(self) -> Option<u32> {
         match self {
             Self::None => None,
-            Self::Short => Some(50),
+            Self::Reply | Self::Short => Some(50),
             Self::Long => Some(1_000),
+        }
+    }
+
+    /// Returns [`Rest::Reply`] if `waits`, [`Rest::None`] otherwise.
+    pub(super) const fn reply_if(waits: bool) -> Self {
+        match waits {
+            true => Self::Reply,
+            false => Self::None,
         }
     }
 

@@ -300,7 +300,7 @@ impl<'a, H: Parts> Machine<'a, H> {
             ScannerState::Boot | ScannerState::SelfTest(Test::Arithmetic, _) => Rest::None,
             ScannerState::SelfTest(Test::Home, _) => Rest::Short,
             ScannerState::SelfTest(Test::Link { again: None, .. }, _) => {
-                Rest::short_if(link.waits())
+                Rest::reply_if(link.waits())
             }
             ScannerState::SelfTest(Test::Link { .. }, _) | ScannerState::Idle => Rest::Long,
             ScannerState::Scanning(sweep) => sweep.may_rest(now, link),

@@ -292,17 +292,20 @@ impl Sweep {
     /// waits for.
     pub fn may_rest(&self, now: Micros, link: &impl RadarModule) -> Rest {
         match self.at {
-            RowState::Configure => Rest::short_if(link.waits()),
+            RowState::Configure => Rest::reply_if(link.waits()),
             RowState::Move | RowState::Approach | RowState::Prove => Rest::Short,
             // A trigger is not to be late.
             RowState::Settle(until) => Rest::short_if(!now.plus(SETTLED_US).reached(until)),
-            RowState::Receive => Rest::short_if(self.moved_on && link.waits()),
+            RowState::Receive => Rest::reply_if(self.moved_on && link.waits()),
             RowState::Turn => {
                 let Some(turning) = &self.turning else {
                     return Rest::None;
                 };
                 let due = self.pending.is_some() || turning.due.is_some();
-                Rest::short_if(!due && (turning.in_flight.is_empty() || link.waits()))
+                match turning.in_flight.is_empty() {
+                    true => Rest::short_if(!due),
+                    false => Rest::reply_if(!due && link.waits()),
+                }
             }
             RowState::Work => Rest::None,
         }

@@ -86,12 +86,6 @@ impl Mark {
     }
 }
 
-/// Returns the credibility of an echo of this SNR, dB, 0…1: small near the noise, 1 well above it.
-fn credibility(snr_db: f32, p: &Params) -> f32 {
-    let share = (snr_db - p.credible_from_db) / p.credible_span_db;
-    math::max(math::min(share, 1.0), p.least_credibility)
-}
-
 impl<'p> Scene<'p> {
     /// Returns a scene without echoes. They are filled in place, since they are too large for a small stack.
     pub fn new(mount_height_m: f32, params: &'p Params) -> Self {
@@ -113,7 +107,7 @@ impl<'p> Scene<'p> {
                 along_m: e.x_m,
                 y_sigma_m,
                 floor_nats: gain(p.tread_nats, e.y_m / y_sigma_m),
-                credibility: credibility(e.snr_db, p),
+                credibility: p.credibility(e.snr_db),
                 ..Mark::new(k, e)
             }
         });
@@ -126,7 +120,7 @@ impl<'p> Scene<'p> {
             // Cannot fail: there are as many marks as echoes.
             let _ = self.marks.push(Mark {
                 along_m: self.mount_height_m - e.y_m,
-                credibility: credibility(e.snr_db, self.params),
+                credibility: self.params.credibility(e.snr_db),
                 ..Mark::new(k, e)
             });
         }

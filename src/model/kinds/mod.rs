@@ -26,9 +26,8 @@ pub mod variation;
 pub mod wall;
 
 use super::surfaces::Surfaces;
-use crate::answer::Direction;
+use crate::answer::{Direction, Slope};
 use crate::params::{Params, Rules};
-use ramp::Slope;
 pub use variation::{SingleRise, Variation};
 
 /// Length of the way ahead that is examined, metres.
@@ -68,13 +67,6 @@ pub const SINGLE_RISES: [&[SingleRise]; 3] = [threshold::SINGLE, stairs::SINGLE,
 /// Proposals of one kind: calls the function, which returns the log-weight of a hypothesis, nats, with each hypothesis.
 /// The heaviest of them is kept.
 pub type Propose = fn(&Rules, &mut dyn FnMut(GroundKind) -> f32);
-
-/// Proposals without risers going up, by kind.
-pub const PROPOSALS: [Propose; 1] = [|rules, weigh| {
-    if rules.ramp_particles {
-        ramp::propose(&mut |slope| weigh(slope.into()));
-    }
-}];
 
 /// Proposals without edges going down, by kind.
 pub const PROPOSALS_DOWN: [Propose; 1] =
@@ -141,7 +133,8 @@ impl GroundKind {
         let FirstRise { x_m, open, wall_m } = first;
         match *self {
             Self::Nothing => level_ground::ground_line(line, wall_m),
-            Self::Ramp { from_m, .. } => ramp::ground_line(line, from_m),
+            // The ground's line lies on its slope.
+            Self::Ramp { .. } => 0.0,
             Self::Drop { at_m } => drop::ground_line(line, at_m),
             Self::Stairs => stairs::ground_line(line, x_m, open),
             Self::Descent => descent::ground_line(line, x_m, open),

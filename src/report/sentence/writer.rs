@@ -43,6 +43,7 @@ impl Writer {
     }
 
     /// Appends a field of free text; characters that would break the frame become spaces.
+    #[inline(never)]
     pub fn text(mut self, text: &str) -> Self {
         self.push(',');
         for c in text.chars() {
@@ -69,6 +70,7 @@ impl Writer {
         }
     }
 
+    #[inline(never)]
     pub fn number(mut self, value: u32) -> Self {
         self.push(',');
         self.digits(value);
@@ -76,6 +78,7 @@ impl Writer {
     }
 
     /// Appends a field with a whole number and its sign, or an empty field for `None`.
+    #[inline(never)]
     pub fn integer(mut self, value: Option<i32>) -> Self {
         self.push(',');
         if let Some(value) = value {
@@ -87,6 +90,7 @@ impl Writer {
         self
     }
 
+    #[inline(never)]
     pub fn length(mut self, value: Option<Tenths>) -> Self {
         self.push(',');
         if let Some(Tenths(tenths)) = value {
@@ -101,6 +105,7 @@ impl Writer {
         self
     }
 
+    #[inline(never)]
     pub fn reasons(mut self, reasons: Reasons) -> Self {
         self.push(',');
         let mut first = true;
@@ -120,6 +125,7 @@ impl Writer {
     }
 
     /// Appends a field of words, eight hex digits each, without separators.
+    #[inline(never)]
     pub fn hex(mut self, words: &[u32]) -> Self {
         self.push(',');
         for &word in words {

@@ -32,8 +32,7 @@ struct CheckValue {
 
 /// The estimator's parameters with the checks of ground, mounting and beam turned off.
 const CHECKS_OFF: Params = Params {
-    floor_elsewhere: f32::MAX,
-    floor_alone: f32::MAX,
+    floor_elsewhere_nats: f32::MAX,
     calibration_strain: f32::MAX,
     beam_narrow: 0.0,
     beam_broad: f32::INFINITY,
@@ -102,7 +101,7 @@ fn of(recording: &Recording, options: &Options) -> Result<Vec<(String, CheckValu
         );
         if let Some(floor) = witness.floor {
             let more = floor.other - floor.configured;
-            let value = f64::from(more) / f64::from(p.floor_elsewhere);
+            let value = f64::from(more) / f64::from(p.floor_elsewhere_nats);
             add("mount, floor".to_owned(), value, !floor.in_place(p));
         }
         if let Some(found) = witness.calibration {

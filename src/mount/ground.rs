@@ -1,0 +1,304 @@
+//! Where the ground lies: where mounting height and angle put it, level or with a slope, or elsewhere.
+//!
+//! Echoes of the ground have known variances in height, and a few echoes are of other things. So the log-likelihood of a
+//! ground is a sum over echoes in which none counts for more than [`STRAY_NATS`], and of what stands on one place the
+//! strongest echo counts alone. Grounds that are compared:
+//!
+//! | ground | in its place |
+//! |---|---|
+//! | level, by the calibration | yes |
+//! | level, and from some place on higher or lower: a riser or a drop | yes |
+//! | level, and from some place on with a slope | yes |
+//! | at another height, or inclined from the wheels on | no: the mounting is wrong |
+
+use super::online::Calibration;
+use crate::answer::Slope;
+use crate::math;
+use crate::params::Params;
+use crate::signal::echoes::{Echo, MAX_ECHOES};
+
+/// Distances from the mirror at which the ground may begin to slope, metres: from the nearest ground echoes on.
+const FROM_M: [f32; 6] = [0.2, 0.4, 0.6, 0.8, 1.0, 1.2];
+/// Slopes of ground that a chair may drive, up or down, rise per metre: ramps of ISO 21542 have 0.05 to 0.08, those of vans
+/// and thresholds up to 12 degrees.
+const SLOPES: [f32; 9] = [0.02, 0.04, 0.06, 0.08, 0.1, 0.12, 0.15, 0.18, 0.21];
+/// Steps by which the best slope of the grid is moved to each side, place in metres and rise per metre: coarse, then fine.
+const MOVES: [(f32, f32); 3] = [(0.1, 0.01), (0.05, 0.005), (0.025, 0.0025)];
+/// Maximum log-likelihood ratio by which an echo can be off the ground, nats: one echo in twenty is of something else.
+const STRAY_NATS: f32 = 3.0;
+/// Log-odds of ground that slopes, one in twenty, to a mounting that is off, one in a hundred, nats.
+const SLOPE_NATS: f32 = 1.6;
+/// Minimum log-likelihood ratio of a slope to level ground, nats: one ground in twenty slopes, in one of 108 ways.
+const BEND_NATS: f32 = 7.7;
+
+/// Returns the variance of a ground echo's height at `range_m` metres from the mirror, square metres. Corners,
+/// which are strong and narrow, have a smaller variance in angle and height than speckle.
+pub fn floor_variance(e: &Echo, range_m: f32, p: &Params) -> f32 {
+    let clean = e.snr_db > p.floor_corner_db && e.width < p.floor_corner_width;
+    let (fixed_rad, rough_m) = if clean {
+        (p.floor_corner_rad, p.floor_corner_m)
+    } else {
+        (p.floor_speckle_rad, p.floor_speckle_m)
+    };
+    let noise = range_m * (fixed_rad + p.floor_noise_rad * math::amplitude(-e.snr_db));
+    rough_m * rough_m + noise * noise
+}
+
+/// A ground echo's place and precision.
+#[derive(Clone, Copy, Debug)]
+struct GroundEcho {
+    x_m: f32,
+    /// Height as the configured mounting places it, metres.
+    y_m: f32,
+    /// Height by the calibration on level ground, metres.
+    level_y_m: f32,
+    /// Half of the inverse variance of the echo's height, 1/m².
+    half_precision: f32,
+    /// Maximum log-likelihood ratio by which the echo can be off the ground, nats.
+    stray_nats: f32,
+}
+
+impl GroundEcho {
+    /// Returns the log-likelihood of the echo, nats, on this ground.
+    fn on(&self, ground: &Profile) -> f32 {
+        let y_m = if ground.calibrated {
+            self.level_y_m
+        } else {
+            self.y_m
+        };
+        let mut off_m = y_m - ground.height_m;
+        if self.x_m >= ground.bend.from_m {
+            off_m -= ground.rise_m + ground.bend.slope * (self.x_m - ground.bend.from_m);
+        }
+        math::max(-off_m * off_m * self.half_precision, -self.stray_nats)
+    }
+}
+
+/// A ground on which echoes may lie.
+#[derive(Clone, Copy, Debug)]
+struct Profile {
+    /// Whether echoes lie where the calibration on level ground puts them. A slope would be taken for an angle bias in
+    /// part.
+    calibrated: bool,
+    /// Height below the mirror, metres.
+    height_m: f32,
+    /// Height by which it rises where the slope begins, metres.
+    rise_m: f32,
+    bend: Slope,
+}
+
+impl Profile {
+    /// Level ground in its place.
+    const LEVEL: Self = Self {
+        calibrated: true,
+        height_m: 0.0,
+        rise_m: 0.0,
+        bend: Slope::LEVEL,
+    };
+
+    /// Returns ground with this slope, in its place.
+    fn sloping(bend: Slope) -> Self {
+        Self {
+            calibrated: false,
+            bend,
+            ..Self::LEVEL
+        }
+    }
+}
+
+/// The ground's echoes of a scan.
+struct GroundEchoes(heapless::Vec<GroundEcho, MAX_ECHOES>);
+
+impl GroundEchoes {
+    /// Selects the echoes that may be ground, the strongest at each place. `level` is the calibration on level ground.
+    #[inline(never)]
+    fn of(echoes: &[Echo], level: &Calibration, p: &Params) -> Self {
+        let mut ground = heapless::Vec::<GroundEcho, MAX_ECHOES>::new();
+        for e in echoes {
+            let ahead = e.x_m > p.floor_from_m && e.x_m < p.floor_to_m;
+            let stands = ground.iter().any(|g| (g.x_m - e.x_m).abs() < p.column_m);
+            if ahead && e.y_m.abs() < p.floor_astray_m && !stands {
+                // The vector has room for all echoes.
+                let _ = ground.push(GroundEcho {
+                    x_m: e.x_m,
+                    y_m: e.y_m,
+                    level_y_m: level.height_of(e),
+                    half_precision: 0.5 / floor_variance(e, e.range_m, p),
+                    stray_nats: STRAY_NATS * p.credibility(e.snr_db),
+                });
+            }
+        }
+        Self(ground)
+    }
+
+    /// Returns the log-likelihood of the echoes on this ground, nats.
+    #[inline(never)]
+    fn on(&self, ground: &Profile) -> f32 {
+        self.0.iter().map(|e| e.on(ground)).sum()
+    }
+
+    /// Returns the largest log-likelihood, nats, of ground that is level in its place, and goes on at another level. Before
+    /// the edge an echo shows it in its place.
+    #[inline(never)]
+    fn best_levels(&self) -> f32 {
+        let mut most = f32::NEG_INFINITY;
+        for edge in &self.0 {
+            let shows =
+                |e: &GroundEcho| e.x_m < edge.x_m && e.on(&Profile::LEVEL) > -0.5 * e.stray_nats;
+            if !self.0.iter().any(shows) {
+                continue;
+            }
+            for beyond in self.0.iter().filter(|e| e.x_m >= edge.x_m) {
+                let ground = Profile {
+                    rise_m: beyond.level_y_m,
+                    bend: Slope {
+                        from_m: edge.x_m,
+                        slope: 0.0,
+                    },
+                    ..Profile::LEVEL
+                };
+                most = math::max(most, self.on(&ground));
+            }
+        }
+        most
+    }
+
+    /// Returns the log-likelihood, nats, of ground with this slope.
+    fn on_slope(&self, bend: Slope) -> f32 {
+        self.on(&Profile::sloping(bend))
+    }
+
+    /// Returns the slope of the largest log-likelihood in a grid, and that, nats.
+    #[inline(never)]
+    fn best_slope(&self) -> (Slope, f32) {
+        let mut best = (Slope::LEVEL, f32::NEG_INFINITY);
+        for from_m in FROM_M {
+            for rise in SLOPES {
+                for slope in [rise, -rise] {
+                    let bend = Slope { from_m, slope };
+                    let nats = self.on_slope(bend);
+                    if nats > best.1 {
+                        best = (bend, nats);
+                    }
+                }
+            }
+        }
+        best
+    }
+
+    /// Returns the slope moved from `best`, of log-likelihood `most`, to where it is largest, by coordinate search.
+    #[inline(never)]
+    fn moved(&self, mut best: Slope, mut most: f32) -> Slope {
+        for (from_m, slope) in MOVES {
+            for (from_m, slope) in [(from_m, 0.0), (-from_m, 0.0), (0.0, slope), (0.0, -slope)] {
+                let bend = Slope {
+                    from_m: best.from_m + from_m,
+                    slope: best.slope + slope,
+                };
+                let nats = self.on_slope(bend);
+                if nats > most {
+                    (best, most) = (bend, nats);
+                }
+            }
+        }
+        best
+    }
+
+    /// Returns the largest log-likelihood, nats, of ground that is not where the mounting puts it: beyond the tolerance of
+    /// its height, or inclined by more than the tolerance, through the wheels' contact point.
+    #[inline(never)]
+    fn elsewhere(&self, p: &Params) -> f32 {
+        let (near, tilt) = (p.floor_near_steps as i32, p.floor_tilt_steps as i32);
+        let (far, steep) = (p.floor_far_steps as i32, p.floor_steep_steps as i32);
+        let mut most = f32::NEG_INFINITY;
+        for inclined in -steep..=steep {
+            let tilted = inclined.abs() > tilt;
+            let reach = if tilted { near } else { far };
+            for height in -reach..=reach {
+                if !tilted && height.abs() <= near {
+                    continue;
+                }
+                let mut ground = Profile::sloping(Slope {
+                    from_m: 0.0,
+                    slope: inclined as f32 * p.floor_slope_step_rad,
+                });
+                ground.height_m = height as f32 * p.floor_height_step_m;
+                most = math::max(most, self.on(&ground));
+            }
+        }
+        most
+    }
+}
+
+/// Evidence for the ground at and away from its configured place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GroundEvidence {
+    /// Largest log-likelihood of the echoes, nats, for a ground that is where the mounting puts it.
+    pub configured: f32,
+    /// Largest log-likelihood of the echoes, nats, for a ground that is elsewhere.
+    pub other: f32,
+    /// Slope of the ground: level where no slope has clearly more evidence.
+    pub bend: Slope,
+}
+
+impl GroundEvidence {
+    /// Returns whether the ground is at its configured place: no other place has much more evidence.
+    pub fn in_place(&self, p: &Params) -> bool {
+        self.other - self.configured <= p.floor_elsewhere_nats
+    }
+
+    /// Returns whether the evidence confirms the configured mounting: it is clearly larger than for any other
+    /// ground.
+    pub fn confirmed(&self, p: &Params) -> bool {
+        self.configured > self.other + p.floor_firm_nats
+    }
+
+    /// Computes the evidence from the echoes of a map, placed without any calibration. `level` is the calibration on level
+    /// ground.
+    #[inline(never)]
+    pub fn of(echoes: &[Echo], level: &Calibration, p: &Params) -> Self {
+        let ground = GroundEchoes::of(echoes, level, p);
+        let level = ground.on(&Profile::LEVEL);
+        let mut found = Self {
+            configured: level,
+            other: ground.elsewhere(p),
+            bend: Slope::LEVEL,
+        };
+        // No ground makes the echoes likelier than certain.
+        if level > -BEND_NATS && found.confirmed(p) {
+            return found;
+        }
+        found.configured = math::max(level, ground.best_levels());
+        let (bend, nats) = ground.best_slope();
+        // What may as well be a tilted mounting is no slope.
+        let rival = math::max(found.configured, found.other - SLOPE_NATS);
+        if nats > level + BEND_NATS && nats > rival {
+            (found.configured, found.bend) = (nats, ground.moved(bend, nats));
+        }
+        found
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const P: &Params = &Params::DEFAULT;
+
+    #[test]
+    fn a_floor_that_is_only_seen_elsewhere_is_out_of_place() {
+        let floor = |configured, other| GroundEvidence {
+            configured,
+            other,
+            bend: Slope::LEVEL,
+        };
+        for fits in [(0.0, 0.0), (0.0, -9.0), (-3.0, 0.0), (-9.0, -3.0)] {
+            assert!(floor(fits.0, fits.1).in_place(P), "{fits:?}");
+        }
+        for off in [(-9.0, 0.0), (-18.0, -9.0)] {
+            assert!(!floor(off.0, off.1).in_place(P), "{off:?}");
+        }
+        assert!(floor(-1.0, -6.0).confirmed(P) && !floor(-1.0, -1.0).confirmed(P));
+        assert!(!floor(0.0, 0.0).confirmed(P));
+    }
+}
