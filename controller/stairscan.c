@@ -3,7 +3,7 @@
 
 #define COUNT(array) (sizeof(array) / sizeof((array)[0]))
 #define TAIL 11u          /* '*', eight digits, CR LF */
-#define AFTER_REASONS 40u /* room for the fields after the reasons of a SCAN */
+#define AFTER_REASONS 57u /* room for the fields after the reasons of a SCAN */
 #define STEEPEST 45000    /* 0.001 degrees */
 
 /* Annotations of the form "@" are for Frama-C, which checks them: see `controller/prove`. */
@@ -348,7 +348,9 @@ enum type {
     ENDING,      /* uint32_t */
     REASON,      /* uint32_t */
     REASON_SET,  /* uint64_t */
-    MAY_PLANE    /* uint32_t; the last field; may be missing together with its comma */
+    MAY_PLANE,   /* uint32_t; may be missing together with its comma and all fields behind it, else empty */
+    FROM_LENGTH, /* stairscan_optional_t, not empty; may be missing together with its comma and all behind it */
+    LAST_LENGTH  /* stairscan_optional_t, not empty; may be missing with the field before it */
 };
 
 struct field {
@@ -378,7 +380,9 @@ static const struct field SCAN[] = {
     F("maybes", U8, scan.maybes),
     F("settings", HASH, scan.settings),
     F("drops", U8, scan.drops),
-    F("plane", MAY_PLANE, scan.plane)};
+    F("plane", MAY_PLANE, scan.plane),
+    F("slope-from", FROM_LENGTH, scan.slope_from),
+    F("slope", LAST_LENGTH, scan.slope)};
 static const struct field STEP[] = {
     F("scan", U32, step.scan),
     F("index", U8, step.index),
@@ -619,6 +623,8 @@ static bool store(stairscan_text_t text, enum type type, void *place) {
     case LENGTH:
         return read_length(text, (int32_t *)place);
     case MAY_LENGTH:
+    case FROM_LENGTH:
+    case LAST_LENGTH:
     case MAY_PERCENT:
     case PITCH:
         return store_optional(text, type, (stairscan_optional_t *)place);
@@ -635,9 +641,22 @@ static bool store(stairscan_text_t text, enum type type, void *place) {
     case REASON_SET:
         return read_reasons(text, (uint64_t *)place);
     case MAY_PLANE:
-        return store_word(text, PLANES, COUNT(PLANES), (uint32_t *)place) && text.length > 0;
+        return store_word(text, PLANES, COUNT(PLANES), (uint32_t *)place);
     }
     return false;
+}
+
+/* Whether a field of this type, and all behind it, may be missing at the end of a sentence. */
+/*@ assigns \nothing; */
+static bool may_be_missing(enum type type) {
+    return type == MAY_TEXT || type == MAY_PLANE || type == FROM_LENGTH;
+}
+
+/* Whether a field is empty that must not be; `more`: whether fields follow. */
+/*@ assigns \nothing; */
+static bool is_empty(stairscan_text_t text, enum type type, bool more) {
+    bool full = type == FROM_LENGTH || type == LAST_LENGTH || (type == MAY_PLANE && !more);
+    return full && text.length == 0;
 }
 
 /* Reads all fields of a table into `base`. Returns NULL, or the name of the wrong field. */
@@ -656,17 +675,16 @@ static const char *read_fields(struct cursor *cursor, const struct field *fields
         loop variant count - k; */
     for (k = 0; k < count; k++) {
         stairscan_text_t text = {NULL, 0};
-        if (fields[k].type == MAY_PLANE && !cursor->more) {
-            *(uint32_t *)(void *)((unsigned char *)base + fields[k].at) = STAIRSCAN_PLANE_AS_SET;
-            break;
-        }
-        ended = ended || (fields[k].type == MAY_TEXT && !cursor->more);
+        ended = ended || (may_be_missing(fields[k].type) && !cursor->more);
         if (fields[k].type == REST) {
             if (!take_rest(cursor, &text)) {
                 return fields[k].name;
             }
             cursor->more = false;
         } else if (!ended && (!take(cursor, &text) || has_framing(text))) {
+            return fields[k].name;
+        }
+        if (!ended && is_empty(text, fields[k].type, cursor->more)) {
             return fields[k].name;
         }
         if (!store(text, fields[k].type, (unsigned char *)base + fields[k].at)) {
@@ -987,6 +1005,8 @@ static void push_field(stairscan_line_t *line, enum type type, const void *place
         push_length(line, *(const int32_t *)place);
         return;
     case MAY_LENGTH:
+    case FROM_LENGTH:
+    case LAST_LENGTH:
     case MAY_PERCENT:
     case PITCH:
         push_optional(line, type, (const stairscan_optional_t *)place);
@@ -1026,6 +1046,27 @@ static void begin(stairscan_line_t *line, const char *prefix, const char *name) 
     push_word(line, name);
 }
 
+/* Whether a sentence ends before this field, `place`: it and those behind it have no value. Behind a plane comes the
+ * slope. */
+/*@ requires \valid_read(field);
+    assigns \nothing; */
+static bool ends_at(const struct field *field, const unsigned char *place, const void *base) {
+    const stairscan_optional_t *from = NULL;
+    switch (field->type) {
+    case MAY_PLANE:
+        if (*(const uint32_t *)(const void *)place != STAIRSCAN_PLANE_AS_SET) {
+            return false;
+        }
+        from = (const stairscan_optional_t *)(const void *)((const unsigned char *)base + field[1].at);
+        return !from->present;
+    case FROM_LENGTH:
+        from = (const stairscan_optional_t *)(const void *)place;
+        return !from->present;
+    default:
+        return false;
+    }
+}
+
 /*@ requires \valid(line);
     requires room(line);
     requires \valid_read(fields + (0 .. count - 1));
@@ -1040,8 +1081,7 @@ static void push_fields(stairscan_line_t *line, const struct field *fields, size
         loop variant count - k; */
     for (k = 0; k < count; k++) {
         const unsigned char *place = (const unsigned char *)base + fields[k].at;
-        if (fields[k].type == MAY_PLANE &&
-            *(const uint32_t *)(const void *)place == STAIRSCAN_PLANE_AS_SET) {
+        if (ends_at(fields + k, place, base)) {
             return;
         }
         push_field(line, fields[k].type, place);

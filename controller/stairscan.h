@@ -271,6 +271,8 @@ typedef struct {
     uint32_t settings;               /* hash of the settings */
     uint32_t drops;                  /* number of DROP sentences that follow: 0 or 1 */
     uint32_t plane;                  /* enum stairscan_plane */
+    stairscan_optional_t slope_from; /* 0.1 mm: the ground slopes from here on; none where it is level */
+    stairscan_optional_t slope;      /* 0.1 mm of rise per metre, negative going down; with slope_from */
 } stairscan_scan_t;
 
 /* STEP: one step of an answer, 0.1 mm. */

@@ -217,6 +217,47 @@ mod tests {
     }
 
     #[test]
+    fn an_answer_on_a_slope_is_above_the_level_ground_before_it() {
+        let ramp = Slope {
+            from_m: 0.5,
+            slope: 0.1,
+        };
+        let mut answer = Answer::NONE;
+        for distance_m in [0.4, 1.5] {
+            let step = Step {
+                distance_m,
+                height_m: 0.16,
+                ..Step::default()
+            };
+            answer.steps.push(step).unwrap();
+        }
+        for height_m in [0.16, PossibleStep::DROP_M] {
+            let maybe = PossibleStep {
+                distance_m: 1.0,
+                height_m,
+                probability: 0.2,
+            };
+            answer.possible_steps.push(maybe).unwrap();
+        }
+        let level = answer.clone();
+        answer.lie_on(Slope::LEVEL);
+        assert_eq!(answer, level);
+        answer.lie_on(ramp);
+        let close = |a: f32, b: f32| (a - b).abs() < 1e-6;
+        assert!(close(answer.steps[0].height_m, 0.16) && close(answer.steps[1].height_m, 0.26));
+        assert!(close(answer.possible_steps[0].height_m, 0.21));
+        assert!(close(
+            answer.possible_steps[1].height_m,
+            PossibleStep::DROP_M
+        ));
+        assert_eq!(answer.ground, Some(ramp));
+        // A range meets the ground where its height says, to a millimetre.
+        let x_m = ramp.reach_m(1.2, 0.4);
+        let range_m = math::hypot(x_m, 0.4 - ramp.height_m(x_m));
+        assert!((range_m - 1.2).abs() < 1e-3, "{range_m}");
+    }
+
+    #[test]
     fn treads_and_risers_come_from_neighbours() {
         let at = |distance_m, height_m| Step {
             distance_m,

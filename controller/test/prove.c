@@ -83,6 +83,8 @@ static stairscan_scan_t scan(void) {
     scan.settings = any_u32;
     scan.drops = any_u32;
     scan.plane = any_u32;
+    scan.slope_from = optional();
+    scan.slope = optional();
     return scan;
 }
 

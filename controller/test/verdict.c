@@ -79,6 +79,8 @@ static void say_scan(struct out *out, const stairscan_scan_t *s) {
     whole(out, " settings=", s->settings);
     whole(out, " drops=", s->drops);
     whole(out, " plane=", s->plane);
+    optional(out, " from=", s->slope_from);
+    optional(out, " slope=", s->slope);
 }
 
 static void say_step(struct out *out, const stairscan_step_t *s) {

@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 
 use anyhow::{Context, Result, bail, ensure};
 use serde_json::{Value, json};
-use stairscan::answer::Direction;
+use stairscan::answer::{Direction, Slope};
 use stairscan::report::{DropLine, MaybeLine, ScanLine, Sentence, StepLine, Tenths};
 use stairscan::verdict::{Status, free_m, promised};
 
@@ -119,6 +119,11 @@ impl Answer {
         })
     }
 
+    /// Returns the slope of the ground; `None` where it is level or not seen to slope.
+    pub fn slope(&self) -> Option<Slope> {
+        self.scan.ground.map(|ground| ground.slope())
+    }
+
     /// Whether the status is `fault`.
     pub fn is_fault(&self) -> bool {
         self.scan.status == Status::Fault
@@ -189,6 +194,7 @@ impl Answer {
             "free_m": self.free_m(),
             "confidence": self.scan.confidence.map(|tenths| f64::from(tenths) / 1000.0),
             "maybe": self.maybes.iter().map(maybe).collect::<Vec<_>>(),
+            "ground": self.slope().iter().map(|at| json!([at.from_m, at.slope])).collect::<Vec<_>>(),
             "lost_rows": self.scan.lost_rows,
             "reasons": self.scan.reasons.iter().map(|r| r.as_str()).collect::<Vec<_>>(),
         });
@@ -264,6 +270,11 @@ impl Answer {
         let plane = self.scan.plane.map_or(String::new(), |plane| {
             format!(" in the {} plane", plane.as_str())
         });
+        let ground = self.slope().map_or(String::new(), |slope| {
+            let way = if slope.slope < 0.0 { "down" } else { "up" };
+            let percent = 100.0 * slope.slope.abs();
+            format!(", ground {percent:.0} % {way} from {:.1} m", slope.from_m)
+        });
         let validity = match (self.horizon_m, self.scan.confidence) {
             (Some(horizon), Some(tenths)) if horizon > 0.0 => format!(
                 ", valid up to {horizon:.1} m ({:.1} % confidence)",
@@ -273,7 +284,7 @@ impl Answer {
             _ => String::new(),
         };
         format!(
-            "{}{because}: {what}{plane}{lost}{validity}",
+            "{}{because}: {what}{ground}{plane}{lost}{validity}",
             self.scan.status.as_str()
         )
     }

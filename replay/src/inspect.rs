@@ -4,7 +4,7 @@
 use std::fmt::Write as _;
 
 use serde_json::{Value, json};
-use stairscan::answer::{Direction, DropEdge, PossibleStep};
+use stairscan::answer::{Direction, DropEdge, PossibleStep, Slope};
 use stairscan::estimator::Estimator;
 use stairscan::infer::Likelihood;
 use stairscan::mount::GroundEvidence;
@@ -233,13 +233,19 @@ impl Inspection {
             );
         }
         if let Some(GroundEvidence {
-            configured, other, ..
+            configured,
+            other,
+            bend,
         }) = self.floor
         {
             let _ = write!(
                 text,
-                "; support by echoes for a floor in its place {configured:.1}, elsewhere {other:.1}"
+                "; log-likelihood of the ground in its place {configured:.1}, elsewhere {other:.1}"
             );
+            if bend != Slope::LEVEL {
+                let (percent, from_m) = (100.0 * bend.slope, bend.from_m);
+                let _ = write!(text, "; ground {percent:+.1} % from {from_m:.2} m");
+            }
         }
         if let Some(Lobes { least, median, .. }) = self.lobes {
             let _ = write!(

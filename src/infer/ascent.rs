@@ -62,7 +62,7 @@ impl Ascent<'_> {
             Some(measured) => measured.roles.clone(),
             None => bare(&proposals.search),
         };
-        report_scatterers(self.echoes, scene, &roles, observer);
+        report_scatterers(self.echoes, scene, &roles, self.found.bend, observer);
         report_flights(&proposals.search, &inferred, observer);
         let ended = Conclusion {
             scene,

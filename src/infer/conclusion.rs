@@ -9,7 +9,7 @@ use super::propose::roles::Roles;
 use super::propose::scene::{Mark, Scene};
 use super::propose::search::Search;
 use super::support;
-use crate::answer::Answer;
+use crate::answer::{Answer, Slope};
 use crate::math;
 use crate::model::Surfaces;
 use crate::observer::trace::{Candidate, Explanation, Role, Scatterer};
@@ -72,18 +72,20 @@ impl Margins {
     }
 }
 
-/// Reports each scatterer's role to the observer.
+/// Reports each scatterer's role to the observer, with its height above the level ground before the slope `bend`.
 #[inline(never)]
 pub fn report_scatterers(
     echoes: &[Echo],
     scene: &Scene<'_>,
     roles: &Roles,
+    bend: Slope,
     observer: &mut dyn Observer,
 ) {
     if !observer.listens() {
         return;
     }
-    for (k, &echo) in (0..).zip(echoes) {
+    for (k, &(mut echo)) in (0..).zip(echoes) {
+        echo.y_m += bend.height_m(echo.x_m);
         let pair = scene.marks.iter().zip(roles).find(|(m, _)| m.echo == k);
         let role = pair.map_or(Role::Stray, |(_, role)| *role);
         observer.event(Event::Scatterer(&Scatterer { echo, role }));

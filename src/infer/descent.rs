@@ -5,7 +5,7 @@ use super::conclusion::{AnswerQuality, Conclusion, Margins, report_scatterers};
 use super::dimensions;
 use super::judgement::{AnswerProbabilities, StatedStairs};
 use super::propose::scene::Scene;
-use crate::answer::Answer;
+use crate::answer::{Answer, Slope};
 use crate::model::Surfaces;
 use crate::model::treads::Descending;
 use crate::observer::trace::Stage;
@@ -52,7 +52,7 @@ impl Descent<'_> {
             Some(measured) => measured.roles.clone(),
             None => dimensions::ground_roles(&scene, model),
         };
-        report_scatterers(self.echoes, &scene, &roles, observer);
+        report_scatterers(self.echoes, &scene, &roles, Slope::LEVEL, observer);
         posterior.report_descents(&likeliest, observer);
         let ended = Conclusion {
             scene: &scene,

@@ -431,6 +431,7 @@ impl<'a> Slots<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::answer::Slope;
     use crate::config::Config;
     use crate::model::chart::Chart;
     use crate::model::{SAME_M, Staircase};

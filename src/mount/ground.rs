@@ -186,9 +186,10 @@ impl GroundEchoes {
         best
     }
 
-    /// Returns the slope moved from `best`, of log-likelihood `most`, to where it is largest, by coordinate search.
+    /// Returns the slope moved from `best`, of log-likelihood `most`, to where it is largest, by coordinate search; and that
+    /// log-likelihood, nats.
     #[inline(never)]
-    fn moved(&self, mut best: Slope, mut most: f32) -> Slope {
+    fn moved(&self, mut best: Slope, mut most: f32) -> (Slope, f32) {
         for (from_m, slope) in MOVES {
             for (from_m, slope) in [(from_m, 0.0), (-from_m, 0.0), (0.0, slope), (0.0, -slope)] {
                 let bend = Slope {
@@ -201,7 +202,7 @@ impl GroundEchoes {
                 }
             }
         }
-        best
+        (best, most)
     }
 
     /// Returns the largest log-likelihood, nats, of ground that is not where the mounting puts it: beyond the tolerance of
@@ -273,7 +274,7 @@ impl GroundEvidence {
         // What may as well be a tilted mounting is no slope.
         let rival = math::max(found.configured, found.other - SLOPE_NATS);
         if nats > level + BEND_NATS && nats > rival {
-            (found.configured, found.bend) = (nats, ground.moved(bend, nats));
+            (found.bend, found.configured) = ground.moved(bend, nats);
         }
         found
     }
@@ -282,8 +283,72 @@ impl GroundEvidence {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::RAD_PER_DEG;
+    use crate::signal::grid::Geometry;
 
     const P: &Params = &Params::DEFAULT;
+
+    /// Distances of the ground's echoes, metres.
+    const PLACES_M: [f32; 8] = [0.38, 0.46, 0.55, 0.63, 0.72, 0.81, 0.9, 1.0];
+
+    /// Returns the evidence of echoes of 15 dB on ground with these heights, metres.
+    fn seen(height_m: impl Fn(f32) -> f32) -> GroundEvidence {
+        let geometry = Geometry::default();
+        let echoes: std::vec::Vec<Echo> = PLACES_M
+            .map(|x_m| {
+                let y_m = height_m(x_m);
+                let down_m = geometry.mount_height_m - y_m;
+                Echo {
+                    range_m: math::hypot(x_m, down_m),
+                    angle_rad: math::atan2(down_m, x_m),
+                    x_m,
+                    y_m,
+                    snr_db: 15.0,
+                    width: 1.0,
+                    ..Echo::default()
+                }
+            })
+            .into();
+        let level = Calibration::fit(&echoes, Slope::LEVEL, &geometry, P);
+        GroundEvidence::of(&echoes, &level, P)
+    }
+
+    #[test]
+    fn a_slope_is_found_and_no_wrong_mounting() {
+        for (from_m, slope) in [(0.4, 0.05), (0.5, -0.08), (0.6, 0.12), (0.45, -0.06)] {
+            let truth = Slope { from_m, slope };
+            let found = seen(|x_m| truth.height_m(x_m));
+            assert!(
+                found.in_place(P) && found.confirmed(P),
+                "{truth:?}: {found:?}"
+            );
+            let off_m = |x_m| (found.bend.height_m(x_m) - truth.height_m(x_m)).abs();
+            let most = PLACES_M.map(off_m).into_iter().fold(0.0, math::max);
+            assert!(most < 0.006, "{truth:?}: {most} m off, {found:?}");
+        }
+    }
+
+    #[test]
+    fn level_ground_with_a_step_has_no_slope_and_is_in_its_place() {
+        for rise_m in [0.0, 0.08, 0.15, -0.07, -0.12] {
+            let found = seen(|x_m| if x_m < 0.5 { 0.0 } else { rise_m });
+            assert_eq!(found.bend, Slope::LEVEL, "{rise_m}");
+            assert!(found.in_place(P), "{rise_m}: {found:?}");
+        }
+    }
+
+    #[test]
+    fn a_mounting_that_is_too_high_too_low_or_tilted_is_wrong() {
+        for height_m in [0.03, -0.03, 0.08, -0.08] {
+            let found = seen(|_| height_m);
+            assert!(!found.in_place(P), "{height_m}: {found:?}");
+        }
+        for degrees in [2.0_f32, -2.0, 4.0, -4.0] {
+            let found = seen(|x_m| x_m * degrees * RAD_PER_DEG);
+            let told = found.bend != Slope::LEVEL || !found.in_place(P);
+            assert!(told, "{degrees}: {found:?}");
+        }
+    }
 
     #[test]
     fn a_floor_that_is_only_seen_elsewhere_is_out_of_place() {
@@ -292,7 +357,7 @@ mod tests {
             other,
             bend: Slope::LEVEL,
         };
-        for fits in [(0.0, 0.0), (0.0, -9.0), (-3.0, 0.0), (-9.0, -3.0)] {
+        for fits in [(0.0, 0.0), (0.0, -9.0), (-1.5, 0.0), (-9.0, -8.0)] {
             assert!(floor(fits.0, fits.1).in_place(P), "{fits:?}");
         }
         for off in [(-9.0, 0.0), (-18.0, -9.0)] {

@@ -60,7 +60,7 @@ params! {
         /// Maximum slope of the search, slope intervals: 5 degrees.
         floor_steep_steps = 20.0, "", Derived, "4 degrees off, and 4 steps";
         /// Maximum log-likelihood ratio of a floor elsewhere to one in its place.
-        floor_elsewhere_nats = 2.0, "nats", Derived, "one mounting in a hundred is off, in one of ten ways that differ";
+        floor_elsewhere_nats = 2.0, "nats", Derived, "two thirds of what one echo can say";
         /// Minimum log-likelihood ratio of the configured floor to one elsewhere that confirms the mounting.
         floor_firm_nats = 1.0, "nats", Hand;
         /// Maximum angle of the first corner off the ground while the floor does not confirm the mounting.

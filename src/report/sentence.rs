@@ -66,7 +66,7 @@ pub(super) use fields::Fields;
 pub use fields::ParseError;
 pub use frame::{Line, MAX_SENTENCE, PREFIX, Tenths, crc32};
 pub use guard::GuardLine;
-pub use lines::{DropLine, MaybeLine, ScanLine, StepLine};
+pub use lines::{DropLine, MaybeLine, ScanLine, SlopeField, StepLine};
 pub use live::LiveLine;
 pub(crate) use writer::Writer;
 

@@ -164,7 +164,7 @@ reasons! {
         "Neighbouring rows differ by more than `jump_db` beyond the usual difference, or the lobes of strong echoes are narrower or broader over the rows than the beam.",
     /// The ground is not where mount height, angle and offset put it.
     Mount = "mount" [InstrumentFault]
-        "The ground's echoes support another mounting, the corrections of the calibration exceed `calibration_strain`, or the first riser's corner is more than `corner_astray_rad` off the ground while the ground does not confirm the mounting.",
+        "The ground's echoes are likelier for another mounting than for level, stepped or sloping ground by `floor_elsewhere_nats`, the corrections of the calibration exceed `calibration_strain`, or the first riser's corner is more than `corner_astray_rad` off the ground while the ground does not confirm the mounting.",
     /// Too many chirps were lost.
     TooManyLost = "too-many-lost" [Fault]
         "More than `max-lost` rows were lost.",

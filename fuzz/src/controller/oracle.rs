@@ -137,7 +137,7 @@ fn of_scan(scan: &ScanLine) -> String {
     };
     format!(
         "SCAN scan={} status={status} direction={direction} steps={} lost={} reasons={} horizon={} \
-         confidence={} maybes={} settings={} drops={} plane={plane}",
+         confidence={} maybes={} settings={} drops={} plane={plane} from={} slope={}",
         scan.scan,
         scan.steps,
         scan.lost_rows,
@@ -146,7 +146,9 @@ fn of_scan(scan: &ScanLine) -> String {
         optional(scan.confidence),
         scan.possible_steps,
         scan.settings,
-        scan.drops
+        scan.drops,
+        tenths(scan.ground.map(|ground| ground.from)),
+        tenths(scan.ground.map(|ground| ground.rise)),
     )
 }
 

@@ -8,7 +8,7 @@ use stairscan::motion::Reading;
 use stairscan::report::sentence::crc32;
 use stairscan::report::{
     BootLine, CrashLine, CrashSite, DropLine, GuardLine, LiveLine, MaybeLine, ScanLine, Sentence,
-    StepLine, Tenths, motion,
+    SlopeField, StepLine, Tenths, motion,
 };
 use stairscan::scanner::Settings;
 use stairscan::scanner::command::framed;
@@ -101,6 +101,7 @@ fn scans() -> Vec<ScanLine> {
         settings: 0x4285_B47E,
         drops: 0,
         plane: None,
+        ground: None,
     };
     let every = Reason::ALL
         .iter()
@@ -116,6 +117,10 @@ fn scans() -> Vec<ScanLine> {
         settings: u32::MAX,
         drops: u8::MAX,
         plane: Some(Plane::Height),
+        ground: Some(SlopeField {
+            from: Tenths(-20_000),
+            rise: Tenths(-10_000),
+        }),
         ..ok
     };
     let degraded = |reasons| ScanLine {
@@ -153,8 +158,14 @@ fn scans() -> Vec<ScanLine> {
         plane,
         ..clear
     };
+    let ground = Some(SlopeField {
+        from: Tenths(2_900),
+        rise: Tenths(-560),
+    });
+    let sloping = [clear, drop].map(|head| ScanLine { ground, ..head });
     let fixed = [ok, clear, drop, largest, fault, degraded(pair)];
-    fixed.into_iter().chain(each).collect()
+    let fixed = fixed.into_iter().chain(sloping);
+    fixed.chain(each).collect()
 }
 
 fn steps() -> Vec<StepLine> {
@@ -350,6 +361,12 @@ const BAD_BODIES: &[&str] = &[
     "PSTR,SCAN",
     "PSTR,SCAN,+1,ok,none,00,0,++weak-echoes+weak-echoes+,-0.0,000.0,0,abcdefAB,0",
     "PSTR,SCAN,-1,ok,none,0,0,,,,0,00000000,0",
+    "PSTR,SCAN,1,ok,none,0,0,,,,0,00000000,0,",
+    "PSTR,SCAN,1,ok,none,0,0,,,,0,00000000,0,,290.0",
+    "PSTR,SCAN,1,ok,none,0,0,,,,0,00000000,0,,,-56.0",
+    "PSTR,SCAN,1,ok,none,0,0,,,,0,00000000,0,,290.0,",
+    "PSTR,SCAN,1,ok,none,0,0,,,,0,00000000,0,,290.0,-56.0,",
+    "PSTR,SCAN,1,ok,none,0,0,,,,0,00000000,0,height,290.0,-56.0",
     "PSTR,SCAN,4294967296,ok,none,0,0,,,,0,00000000,0",
     "PSTR,SCAN,1,OK,none,0,0,,,,0,00000000,0",
     "PSTR,SCAN,1,,none,0,0,,,,0,00000000,0",

@@ -3,6 +3,7 @@
 use core::fmt;
 
 use super::frame::Tenths;
+use crate::config::Plane;
 use crate::verdict::{Reason, Reasons};
 
 /// Reason why a line is not a valid sentence.
@@ -69,6 +70,20 @@ impl<'a> Fields<'a> {
     /// Returns whether no field remains.
     pub fn ended(&self) -> bool {
         self.0.clone().next().is_none()
+    }
+
+    /// Parses the plane of a scan, which may be missing at the end of a sentence, or empty before further fields.
+    pub fn last_plane(&mut self) -> Result<Option<Plane>, ParseError> {
+        let mut rest = self.0.clone();
+        match (rest.next(), rest.next()) {
+            (None, _) => Ok(None),
+            (Some(""), Some(_)) => self.text("plane").map(|_| None),
+            _ => {
+                let planes = [Plane::Depth, Plane::Height];
+                self.word("plane", &planes, |plane| plane.as_str())
+                    .map(Some)
+            }
+        }
     }
 
     /// Parses the next field as one word of eight hex digits, such as the hash of settings; errors name `field`.

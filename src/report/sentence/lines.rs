@@ -3,7 +3,7 @@
 use super::fields::{Fields, ParseError};
 use super::frame::{Line, Tenths};
 use super::writer::Writer;
-use crate::answer::{Direction, DropEdge, PossibleStep, Step};
+use crate::answer::{Direction, DropEdge, PossibleStep, Slope, Step};
 use crate::config::Plane;
 use crate::verdict::{Outcome, Reasons, Status};
 
@@ -118,6 +118,34 @@ pub struct ScanLine {
     pub drops: u8,
     /// Plane of the scan; `None`, and left out of the sentence, unless the scanner changes planes.
     pub plane: Option<Plane>,
+    /// Slope of the ground; `None`, and left out of the sentence, where the ground is level or not seen to slope.
+    pub ground: Option<SlopeField>,
+}
+
+/// Slope of the ground in the sentence `SCAN`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SlopeField {
+    /// Horizontal distance from the mirror's centre at which the slope begins, 0.1 mm; the ground is level before.
+    pub from: Tenths,
+    /// Rise per metre, 0.1 mm; negative going down.
+    pub rise: Tenths,
+}
+
+impl SlopeField {
+    fn new(ground: Slope) -> Self {
+        Self {
+            from: Tenths::from_metres(ground.from_m),
+            rise: Tenths::from_metres(ground.slope),
+        }
+    }
+
+    /// Returns the slope, distance in metres.
+    pub fn slope(&self) -> Slope {
+        Slope {
+            from_m: self.from.metres(),
+            slope: self.rise.metres(),
+        }
+    }
 }
 
 /// Content of the sentence `DROP`: the edge where the ground ends.
@@ -281,6 +309,11 @@ impl ScanLine {
             settings,
             drops: u8::from(reported && outcome.answer.drop.is_some()),
             plane: None,
+            ground: outcome
+                .answer
+                .ground
+                .filter(|_| reported)
+                .map(SlopeField::new),
         }
     }
 
@@ -298,8 +331,13 @@ impl ScanLine {
             .number(u32::from(self.possible_steps))
             .hex(&[self.settings])
             .number(u32::from(self.drops));
-        match self.plane {
-            Some(plane) => line.text(plane.as_str()),
+        let line = match (self.plane, self.ground) {
+            (Some(plane), _) => line.text(plane.as_str()),
+            (None, Some(_)) => line.text(""),
+            (None, None) => line,
+        };
+        match self.ground {
+            Some(ground) => line.length(Some(ground.from)).length(Some(ground.rise)),
             None => line,
         }
         .finish()
@@ -307,6 +345,7 @@ impl ScanLine {
 
     /// Parses the fields of a sentence after its name `SCAN`.
     pub(super) fn parse(fields: &mut Fields<'_>) -> Result<Self, ParseError> {
+        let absent = |field| move |value: Option<Tenths>| value.ok_or(ParseError::Field(field));
         Ok(Self {
             scan: fields.number("scan")?,
             status: fields.word(
@@ -327,11 +366,13 @@ impl ScanLine {
             possible_steps: fields.number("maybes")?,
             settings: fields.hash("settings")?,
             drops: fields.number("drops")?,
-            plane: match fields.ended() {
+            plane: fields.last_plane()?,
+            ground: match fields.ended() {
                 true => None,
-                false => {
-                    Some(fields.word("plane", &[Plane::Depth, Plane::Height], |p| p.as_str())?)
-                }
+                false => Some(SlopeField {
+                    from: fields.length("slope-from").and_then(absent("slope-from"))?,
+                    rise: fields.length("slope").and_then(absent("slope"))?,
+                }),
             },
         })
     }

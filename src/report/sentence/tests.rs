@@ -132,6 +132,7 @@ fn every_sentence_survives_the_way_out_and_back() {
         settings: 0x0123_abcd,
         drops: 1,
         plane: None,
+        ground: None,
     };
     for sentence in [
         Sentence::Scan(scan),
@@ -283,6 +284,10 @@ fn a_scan_with_every_reason_keeps_what_follows_them() {
         settings: u32::MAX,
         drops: u8::MAX,
         plane: Some(crate::config::Plane::Height),
+        ground: Some(SlopeField {
+            from: Tenths(-20_000),
+            rise: Tenths(-10_000),
+        }),
     };
     let line = Sentence::Scan(written).write();
     let Ok(Sentence::Scan(read)) = Sentence::parse(&line) else {
@@ -338,7 +343,7 @@ fn garbled_lines_are_refused() {
         ),
         (
             "PSTR,SCAN,1,ok,none,0,0,,1000.0,99.1,0,01234567,0,depth,",
-            "end",
+            "slope-from",
         ),
         ("PSTR,DROP,x,900.0,10.0,,97.0", "scan"),
         ("PSTR,DROP,1,,10.0,,97.0", "distance"),
@@ -518,6 +523,41 @@ proptest! {
             Ok(Sentence::Step(back)) => prop_assert_eq!(back.distance, Tenths(tenths)),
             other => prop_assert!(false, "{:?}", other),
         }
+    }
+}
+
+/// Fields of a slope are optional, both or none, with the plane or an empty field before them.
+#[test]
+fn a_slope_of_the_ground_ends_the_head() {
+    let outcome = Outcome::silent();
+    let ground = Some(SlopeField {
+        from: Tenths(2_900),
+        rise: Tenths(-560),
+    });
+    for plane in [None, Some(crate::config::Plane::Depth)] {
+        let head = Sentence::Scan(ScanLine {
+            plane,
+            ground,
+            ..ScanLine::new(7, 0, &outcome, 0)
+        });
+        let line = head.write();
+        assert!(line.contains(",290.0,-56.0*"), "{line}");
+        assert_eq!(Sentence::parse(&line), Ok(head));
+    }
+    for (fields, wrong) in [
+        ("", "plane"),
+        (",290.0", "slope"),
+        (",,-56.0", "slope-from"),
+        (",290.0,", "slope"),
+        (",290.0,-56.0,", "end"),
+    ] {
+        let body = std::format!("PSTR,SCAN,7,fault,none,0,0,,,,0,00000000,0,{fields}");
+        let line = std::format!("${body}*{:08X}", crc32(&body));
+        assert_eq!(
+            Sentence::parse(&line),
+            Err(ParseError::Field(wrong)),
+            "{line}"
+        );
     }
 }
 

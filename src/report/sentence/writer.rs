@@ -14,8 +14,8 @@ impl Writer {
     /// Number of bytes reserved for `*`, the CRC and the line end.
     const TAIL: usize = 11;
     /// Number of bytes reserved for the fields after a scan's reasons: horizon, confidence, number of maybes,
-    /// settings, number of drops, and plane.
-    const AFTER_REASONS: usize = 40;
+    /// settings, number of drops, plane, and slope.
+    const AFTER_REASONS: usize = 57;
 
     pub fn new(name: &str) -> Self {
         Self::behind(PREFIX, name)
