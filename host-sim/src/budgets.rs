@@ -7,9 +7,9 @@ pub const FLASH: u64 = 384 * 1024 - 512;
 /// one sector of 64 KB.
 pub const LOADER: u64 = 64 * 1024;
 /// Maximum static RAM, bytes: the chip's 128 KB less the stack and the handover to the boot loader.
-pub const RAM: u64 = 110 * 1024 - 64;
+pub const RAM: u64 = 110 * 1024 - 192;
 /// Size of the stack, bytes, without the 32 guard bytes below it.
-pub const STACK_SIZE: u64 = 18 * 1024;
+pub const STACK_SIZE: u64 = 18 * 1024 + 128;
 /// Maximum stack use, bytes: 2 KB stay unused in the worst measured case.
 pub const STACK: u64 = STACK_SIZE - 2 * 1024;
 

@@ -186,8 +186,8 @@ mod tests {
     #[test]
     fn the_linker_places_nothing_there() {
         let memory = include_str!("memory.x");
-        assert!(memory.contains("RAM : ORIGIN = 0x20004820, LENGTH = 110K - 64"));
+        assert!(memory.contains("RAM : ORIGIN = 0x200048A0, LENGTH = 110K - 192"));
         // End of the message to the boot loader, behind that region.
-        assert_eq!(0x2000_4820 + 110 * 1024 - 64 + 32, SRAM3);
+        assert_eq!(0x2000_48A0 + 110 * 1024 - 192 + 32, SRAM3);
     }
 }

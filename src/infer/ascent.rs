@@ -24,7 +24,7 @@ pub struct Ascent<'a> {
     /// Geometry of the map.
     pub geometry: &'a Geometry,
     /// Calibration on the ground.
-    pub found: Calibration,
+    pub found: &'a Calibration,
     /// Whether the floor confirms the configured mounting; where it does not, the stairs' first corner must.
     pub floor_confirms_mount: bool,
     /// Tuned numbers.

@@ -170,10 +170,12 @@ struct InstrumentEvidence {
     agreement: Agreement,
     /// Calibration on the ground; without meaning in the height plane.
     calibration: Calibration,
-    /// Evidence for the floor at its configured place; `None` in the height plane.
-    floor: Option<GroundEvidence>,
-    /// Widths of the strong echoes' main lobes; `None` where the chair moved, or without strong echoes.
-    lobes: Option<Lobes>,
+    /// Whether the ground is elsewhere than the mounting puts it, going up.
+    floor_off: bool,
+    /// Whether the ground confirms the configured mounting, going up.
+    floor_confirms_mount: bool,
+    /// Whether the strong echoes' main lobes are narrower or broader than the beam, where that is known: the chair stands.
+    lobe_width_off: bool,
 }
 
 /// The stages after the last row, in their order.
@@ -230,8 +232,9 @@ impl Likelihood {
         InstrumentEvidence {
             agreement,
             calibration,
-            floor,
-            lobes,
+            floor_off: floor.is_some_and(|floor| !floor.in_place(p)),
+            floor_confirms_mount: floor.is_some_and(|floor| floor.confirmed(p)),
+            lobe_width_off: lobes.is_some_and(|lobes| !lobes.fit(p)),
         }
     }
 
@@ -247,12 +250,12 @@ impl Likelihood {
     ) -> Option<AnswerQuality> {
         let p = self.params;
         let geometry = scan.map.geometry();
-        let found = instrument.calibration;
+        let found = &instrument.calibration;
         found.subtract(&mut self.echoes, geometry);
-        observer.event(Event::Calibration(found));
+        observer.event(Event::Calibration(*found));
         self.posterior.set_echoes(&self.echoes, scan.map);
         let surfaces = &mut self.posterior.model.surfaces;
-        evaluate_ground_line(scan, &found, &mut self.phase, surfaces);
+        evaluate_ground_line(scan, found, &mut self.phase, surfaces);
         self.phase = Phase::Up(Beam::new());
         let Phase::Up(memory) = &mut self.phase else {
             return None;
@@ -261,7 +264,7 @@ impl Likelihood {
             echoes: &self.echoes,
             geometry,
             found,
-            floor_confirms_mount: instrument.floor.is_some_and(|floor| floor.confirmed(p)),
+            floor_confirms_mount: instrument.floor_confirms_mount,
             params: p,
         };
         let quality = up.answer(memory, &mut self.posterior, past, observer, answer);
@@ -301,9 +304,8 @@ impl Likelihood {
         drop_m: Option<f32>,
     ) -> Assessment {
         let p = self.params;
-        let floor_off = instrument.floor.is_some_and(|floor| !floor.in_place(p));
-        let mounting_off = quality.mounting_off || floor_off;
-        let lobe_width_off = instrument.lobes.is_some_and(|lobes| !lobes.fit(p));
+        let mounting_off = quality.mounting_off || instrument.floor_off;
+        let lobe_width_off = instrument.lobe_width_off;
         let echo_found = self.echoes.iter().any(|e| e.snr_db >= p.sure_echo_db);
         let mut weaknesses = quality.weaknesses;
         if past.as_ref().is_some_and(|past| past.changed()) {
