@@ -6,5 +6,5 @@ pub mod sentence;
 
 pub use sentence::{
     BootLine, CrashLine, CrashSite, DropLine, GuardLine, Line, LiveLine, MaybeLine, ParseError,
-    ScanLine, Sentence, StepLine, Tenths,
+    ScanLine, Sentence, SlopeField, StepLine, Tenths,
 };
