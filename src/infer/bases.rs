@@ -1,5 +1,5 @@
 //! Initial hypotheses of the posterior: the search's best flights and the likely staircases of earlier scans, each
-//! refined (its levels, places and overhang fitted to its echoes), and level ground.
+//! refined (its levels, places and overhang fitted to its echoes), level ground and the likeliest steep ramp.
 
 use super::propose::descending;
 use super::propose::search::Search;
@@ -10,6 +10,7 @@ use crate::estimate::Estimate;
 use crate::math;
 use crate::model::cloud::Cloud;
 use crate::model::kinds::wall::{self, WALLS, WallEcho};
+use crate::model::kinds::without_risers;
 use crate::model::treads::Descending;
 use crate::model::{MAX_STEPS, Model, Sigmas, Staircase, View};
 use crate::params::Numbers;
@@ -128,6 +129,12 @@ impl Posterior {
             }
         }
         self.add(&Staircase::nothing(), &[0.0; MAX_STEPS], NEAREST_WALL_M);
+        if rules.ramp_particles
+            && let Some(best) = self.without_risers()
+        {
+            // Where there is no room, a farther wall behind the last round's answer has had it.
+            let _ = self.hypotheses.push(best);
+        }
     }
 
     /// Replaces the hypotheses by those of stairs going down, level ground and a ramp, each with its weight. Where
@@ -151,6 +158,17 @@ impl Posterior {
                 }
             }
         });
+    }
+
+    /// Returns the likeliest hypothesis without risers besides level ground.
+    #[inline(never)]
+    fn without_risers(&self) -> Option<Hypothesis> {
+        let mut best: Option<Hypothesis> = None;
+        for kind in without_risers() {
+            let new = Hypothesis::new(&self.model, Staircase::of(kind), [0.0; MAX_STEPS]);
+            best = Some(best.map_or(new, |best| best.likelier(new)));
+        }
+        best
     }
 
     /// Adds a staircase to the hypotheses: once without a wall, and once with each likely wall beyond `from_m`, metres.

@@ -19,17 +19,17 @@ use crate::signal::echoes::{Echo, MAX_ECHOES};
 
 /// Distances from the mirror at which the ground may begin to slope, metres: from the nearest ground echoes on.
 const FROM_M: [f32; 6] = [0.2, 0.4, 0.6, 0.8, 1.0, 1.2];
-/// Slopes of ground that a chair may drive, up or down, rise per metre: ramps of ISO 21542 have 0.05 to 0.08, those of vans
-/// and thresholds up to 12 degrees.
-const SLOPES: [f32; 9] = [0.02, 0.04, 0.06, 0.08, 0.1, 0.12, 0.15, 0.18, 0.21];
+/// Slopes of ground that a chair may drive, up or down, rise per metre: ramps of ISO 21542 have 0.05 to 0.08. The
+/// lowest flights have 0.2.
+const SLOPES: [f32; 6] = [0.02, 0.04, 0.06, 0.08, 0.1, 0.12];
 /// Steps by which the best slope of the grid is moved to each side, place in metres and rise per metre: coarse, then fine.
 const MOVES: [(f32, f32); 3] = [(0.1, 0.01), (0.05, 0.005), (0.025, 0.0025)];
 /// Maximum log-likelihood ratio by which an echo can be off the ground, nats: one echo in twenty is of something else.
 const STRAY_NATS: f32 = 3.0;
 /// Log-odds of ground that slopes, one in twenty, to a mounting that is off, one in a hundred, nats.
 const SLOPE_NATS: f32 = 1.6;
-/// Minimum log-likelihood ratio of a slope to level ground, nats: one ground in twenty slopes, in one of 108 ways.
-const BEND_NATS: f32 = 7.7;
+/// Minimum log-likelihood ratio of a slope to level ground, nats: one ground in twenty slopes, in one of 72 ways.
+const BEND_NATS: f32 = 7.3;
 
 /// Returns the variance of a ground echo's height at `range_m` metres from the mirror, square metres. Corners,
 /// which are strong and narrow, have a smaller variance in angle and height than speckle.

@@ -55,6 +55,8 @@ switches! {
     skipped_face in "search";
     /// Walls behind a flight are tried.
     walls_behind in "choice";
+    /// Particles: ramps that are too steep for the ground.
+    ramp_particles in "particles";
     /// Particles: a flight without its last steps.
     less in "particles";
     /// Particles: one irregular rise.

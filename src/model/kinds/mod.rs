@@ -68,6 +68,11 @@ pub const SINGLE_RISES: [&[SingleRise]; 3] = [threshold::SINGLE, stairs::SINGLE,
 /// The heaviest of them is kept.
 pub type Propose = fn(&Rules, &mut dyn FnMut(GroundKind) -> f32);
 
+/// Returns the hypotheses without risers that are tried going up, of which the likeliest is kept.
+pub fn without_risers() -> impl Iterator<Item = GroundKind> {
+    ramp::steep()
+}
+
 /// Proposals without edges going down, by kind.
 pub const PROPOSALS_DOWN: [Propose; 1] =
     [|_, weigh| ramp::propose_down(&mut |slope| weigh(slope.into()))];
@@ -133,8 +138,7 @@ impl GroundKind {
         let FirstRise { x_m, open, wall_m } = first;
         match *self {
             Self::Nothing => level_ground::ground_line(line, wall_m),
-            // The ground's line lies on its slope.
-            Self::Ramp { .. } => 0.0,
+            Self::Ramp { from_m, .. } => stairs::ground_line(line, from_m, false),
             Self::Drop { at_m } => drop::ground_line(line, at_m),
             Self::Stairs => stairs::ground_line(line, x_m, open),
             Self::Descent => descent::ground_line(line, x_m, open),

@@ -1,6 +1,7 @@
-//! Ramp: ground that falls with a constant slope, beside stairs going down. Going up, the slope of the ground is found before
-//! all else ([`crate::mount`]), and what stands ahead stands on it.
+//! Ramp: ground with a constant slope from a place on. Going up, a gentle one is found before all else, with the mounting
+//! ([`crate::mount`]), and what stands ahead stands on it; here are those that are steeper.
 
+use super::GroundKind;
 use crate::answer::Slope;
 use crate::model::normal::ln;
 
@@ -8,6 +9,10 @@ use crate::model::normal::ln;
 const RAMP: f32 = 0.08;
 /// Number of slopes that share [`RAMP`].
 const RAMPS: f32 = 12.0;
+/// Distances from the mirror at which the ramps going up begin, metres.
+const FROM_M: [f32; 5] = [0.4, 0.55, 0.7, 0.85, 1.0];
+/// Slopes of the ramps going up, metres of rise per metre: beyond those of the ground, up to 12 degrees.
+const STEEP: [f32; 4] = [0.13, 0.155, 0.18, 0.21];
 /// Distances at which ramps downwards begin, metres from the mirror.
 const DOWN_FROM_M: [f32; 3] = [0.0, -0.1, -0.2];
 /// Slopes of ramps downwards: tan of 1° … 12° in steps of a degree.
@@ -18,6 +23,16 @@ const DOWN_SLOPES: [f32; 12] = [
 /// Returns the log-prior of a ramp, nats.
 pub fn log_prior() -> f32 {
     const { ln(RAMP / RAMPS) }
+}
+
+/// Returns the ramps going up that are tried.
+pub fn steep() -> impl Iterator<Item = GroundKind> {
+    let slopes = |from_m| {
+        STEEP
+            .into_iter()
+            .map(move |slope| Slope { from_m, slope }.into())
+    };
+    FROM_M.into_iter().flat_map(slopes)
 }
 
 /// Proposes the ramps going down of a grid. `weigh` returns the log-weight of a ramp, nats.

@@ -22,6 +22,7 @@ impl Writer {
     }
 
     /// Begins the sentence `name` with another prefix than the scanner's own `$PSTR,`.
+    #[inline(never)]
     pub fn behind(prefix: &str, name: &str) -> Self {
         let mut writer = Self { line: Line::new() };
         writer.raw(prefix);
@@ -145,6 +146,7 @@ impl Writer {
     }
 
     /// Appends the last field of a sentence, which may be a line of its own with commas.
+    #[inline(never)]
     pub fn rest(mut self, text: &str) -> Self {
         self.push(',');
         for c in text.chars() {
@@ -153,6 +155,7 @@ impl Writer {
         self
     }
 
+    #[inline(never)]
     pub fn finish(mut self) -> Line {
         let crc = crc32(self.line.get(1..).unwrap_or(""));
         let _ = self.line.push('*');
