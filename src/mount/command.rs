@@ -23,7 +23,7 @@ use crate::params::mounting::{
 };
 use core::fmt;
 
-use super::ground::floor_variance;
+use super::variance::floor_variance;
 use crate::config::{Config, Plane};
 use crate::estimate::Estimate;
 use crate::health::MirrorEcho;

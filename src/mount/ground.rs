@@ -12,6 +12,7 @@
 //! | at another height, or inclined from the wheels on | no: the mounting is wrong |
 
 use super::online::Calibration;
+use super::variance::floor_variance;
 use crate::answer::Slope;
 use crate::math;
 use crate::params::Params;
@@ -31,19 +32,6 @@ const SLOPE_NATS: f32 = 1.6;
 /// Minimum log-likelihood ratio of a slope to level ground, nats: one ground in twenty slopes, in one of 72 ways.
 const BEND_NATS: f32 = 7.3;
 
-/// Returns the variance of a ground echo's height at `range_m` metres from the mirror, square metres. Corners,
-/// which are strong and narrow, have a smaller variance in angle and height than speckle.
-pub fn floor_variance(e: &Echo, range_m: f32, p: &Params) -> f32 {
-    let clean = e.snr_db > p.floor_corner_db && e.width < p.floor_corner_width;
-    let (fixed_rad, rough_m) = if clean {
-        (p.floor_corner_rad, p.floor_corner_m)
-    } else {
-        (p.floor_speckle_rad, p.floor_speckle_m)
-    };
-    let noise = range_m * (fixed_rad + p.floor_noise_rad * math::amplitude(-e.snr_db));
-    rough_m * rough_m + noise * noise
-}
-
 /// A ground echo's place and precision.
 #[derive(Clone, Copy, Debug)]
 struct GroundEcho {
@@ -60,7 +48,7 @@ struct GroundEcho {
 
 impl GroundEcho {
     /// Returns the log-likelihood of the echo, nats, on this ground.
-    fn on(&self, ground: &Profile) -> f32 {
+    fn on(&self, ground: &TestedGround) -> f32 {
         let y_m = if ground.calibrated {
             self.level_y_m
         } else {
@@ -76,7 +64,7 @@ impl GroundEcho {
 
 /// A ground on which echoes may lie.
 #[derive(Clone, Copy, Debug)]
-struct Profile {
+struct TestedGround {
     /// Whether echoes lie where the calibration on level ground puts them. A slope would be taken for an angle bias in
     /// part.
     calibrated: bool,
@@ -87,7 +75,7 @@ struct Profile {
     bend: Slope,
 }
 
-impl Profile {
+impl TestedGround {
     /// Level ground in its place.
     const LEVEL: Self = Self {
         calibrated: true,
@@ -133,7 +121,7 @@ impl GroundEchoes {
 
     /// Returns the log-likelihood of the echoes on this ground, nats.
     #[inline(never)]
-    fn on(&self, ground: &Profile) -> f32 {
+    fn on(&self, ground: &TestedGround) -> f32 {
         self.0.iter().map(|e| e.on(ground)).sum()
     }
 
@@ -143,19 +131,20 @@ impl GroundEchoes {
     fn best_levels(&self) -> f32 {
         let mut most = f32::NEG_INFINITY;
         for edge in &self.0 {
-            let shows =
-                |e: &GroundEcho| e.x_m < edge.x_m && e.on(&Profile::LEVEL) > -0.5 * e.stray_nats;
+            let shows = |e: &GroundEcho| {
+                e.x_m < edge.x_m && e.on(&TestedGround::LEVEL) > -0.5 * e.stray_nats
+            };
             if !self.0.iter().any(shows) {
                 continue;
             }
             for beyond in self.0.iter().filter(|e| e.x_m >= edge.x_m) {
-                let ground = Profile {
+                let ground = TestedGround {
                     rise_m: beyond.level_y_m,
                     bend: Slope {
                         from_m: edge.x_m,
                         slope: 0.0,
                     },
-                    ..Profile::LEVEL
+                    ..TestedGround::LEVEL
                 };
                 most = math::max(most, self.on(&ground));
             }
@@ -165,7 +154,7 @@ impl GroundEchoes {
 
     /// Returns the log-likelihood, nats, of ground with this slope.
     fn on_slope(&self, bend: Slope) -> f32 {
-        self.on(&Profile::sloping(bend))
+        self.on(&TestedGround::sloping(bend))
     }
 
     /// Returns the slope of the largest log-likelihood in a grid, and that, nats.
@@ -219,7 +208,7 @@ impl GroundEchoes {
                 if !tilted && height.abs() <= near {
                     continue;
                 }
-                let mut ground = Profile::sloping(Slope {
+                let mut ground = TestedGround::sloping(Slope {
                     from_m: 0.0,
                     slope: inclined as f32 * p.floor_slope_step_rad,
                 });
@@ -259,7 +248,7 @@ impl GroundEvidence {
     #[inline(never)]
     pub fn of(echoes: &[Echo], level: &Calibration, p: &Params) -> Self {
         let ground = GroundEchoes::of(echoes, level, p);
-        let level = ground.on(&Profile::LEVEL);
+        let level = ground.on(&TestedGround::LEVEL);
         let mut found = Self {
             configured: level,
             other: ground.elsewhere(p),

@@ -9,12 +9,15 @@
 //! |---|---|
 //! | [`command`] | echoes of a level ground and a wall, scanned on command → height, angle offset and range scale, to be saved |
 //! | [`online`] | ground echoes of any scan → angle bias and height error of that scan, subtracted |
-//! | `ground` | echoes → variance of a ground echo's height; whether the ground is where mounting height and angle put it, and its slope |
+//! | `ground` | echoes → whether the ground is where mounting height and angle put it, and its slope |
+//! | `variance` | a ground echo → variance of its height |
 
 pub mod command;
 mod ground;
 pub mod online;
+mod variance;
 
 pub use command::Mounting;
-pub use ground::{GroundEvidence, floor_variance};
+pub use ground::GroundEvidence;
 pub use online::Calibration;
+pub use variance::floor_variance;

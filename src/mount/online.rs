@@ -1,6 +1,6 @@
 //! Angle bias, mounting-height error and slope of the ground of one scan, estimated on the ground and subtracted.
 
-use super::ground::floor_variance;
+use super::variance::floor_variance;
 use crate::answer::Slope;
 use crate::math;
 use crate::params::Params;

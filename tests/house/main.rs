@@ -28,7 +28,7 @@ const TUNED: &[&str] = &[
     "signal/echoes",
     "motion/sweeps",
     "mount/online",
-    "mount/floor",
+    "mount/ground",
     "model",
     "infer",
     "health",

@@ -70,7 +70,7 @@ pub type Propose = fn(&Rules, &mut dyn FnMut(GroundKind) -> f32);
 
 /// Returns the hypotheses without risers that are tried going up, of which the likeliest is kept.
 pub fn without_risers() -> impl Iterator<Item = GroundKind> {
-    ramp::steep()
+    ramp::steep().map(GroundKind::from)
 }
 
 /// Proposals without edges going down, by kind.

@@ -1,7 +1,6 @@
 //! Ramp: ground with a constant slope from a place on. Going up, a gentle one is found before all else, with the mounting
 //! ([`crate::mount`]), and what stands ahead stands on it; here are those that are steeper.
 
-use super::GroundKind;
 use crate::answer::Slope;
 use crate::model::normal::ln;
 
@@ -26,12 +25,8 @@ pub fn log_prior() -> f32 {
 }
 
 /// Returns the ramps going up that are tried.
-pub fn steep() -> impl Iterator<Item = GroundKind> {
-    let slopes = |from_m| {
-        STEEP
-            .into_iter()
-            .map(move |slope| Slope { from_m, slope }.into())
-    };
+pub fn steep() -> impl Iterator<Item = Slope> {
+    let slopes = |from_m| STEEP.into_iter().map(move |slope| Slope { from_m, slope });
     FROM_M.into_iter().flat_map(slopes)
 }
 
