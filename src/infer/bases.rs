@@ -24,8 +24,8 @@ use crate::signal::echoes::Echo;
 use crate::signal::grid::PolarMap;
 use heapless::Vec;
 
-/// Initial hypotheses of the posterior, in no order: refined flights; level ground and the answer of each
-/// round, each without a wall and with each likely wall behind it.
+/// Initial hypotheses of the posterior, in no order: refined flights; level ground and the answer of each round, each
+/// without a wall and with each likely wall behind it; a steep ramp, in the place of the last of these where all are taken.
 pub(super) type Hypotheses = Vec<Hypothesis, { MAX_REFINED + (1 + ROUNDS) * (WALLS + 1) }>;
 
 /// The posterior of a scan: measurement model, initial hypotheses, particles.
@@ -104,7 +104,7 @@ impl Posterior {
     }
 
     /// Adds the initial hypotheses going up: the search's best flights and the likely staircases of earlier scans,
-    /// refined; the best flight also in the other build (closed or open); level ground.
+    /// refined; the best flight also in the other build (closed or open); level ground; the likeliest steep ramp.
     #[inline(never)]
     pub fn propose(&mut self, search: &Search<'_, '_>, past: Option<&History>) {
         let scores = search.leaders.iter().map(|f| f.score);
@@ -132,7 +132,7 @@ impl Posterior {
         if rules.ramp_particles
             && let Some(best) = self.without_risers()
         {
-            // Where there is no room, a farther wall behind the last round's answer has had it.
+            // Cannot fail: the answers of the rounds come later.
             let _ = self.hypotheses.push(best);
         }
     }
@@ -144,9 +144,8 @@ impl Posterior {
         self.model.view = view;
         self.hypotheses.clear();
         model.set_echoes(echoes, view);
-        let rules = &self.model.numbers.get().rules;
         let bases = &mut self.hypotheses;
-        descending::propose(model, echoes, rules, &mut |base| {
+        descending::propose(model, echoes, &mut |base| {
             if let Err(base) = bases.push(base) {
                 // Level ground is kept: it is the reference of all others.
                 let stairs = bases.iter_mut().filter(|b| !b.staircase.is_empty());
@@ -179,7 +178,7 @@ impl Posterior {
                 wall_m,
                 ..*staircase
             };
-            // Cannot fail: places are reserved for level ground and for each round's answer.
+            // Fails only for the last wall behind the last round's answer, where the steep ramp has its place.
             let _ = self
                 .hypotheses
                 .push(Hypothesis::new(&self.model, s, *sigmas));

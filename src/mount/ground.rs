@@ -68,7 +68,7 @@ struct TestedGround {
     /// Whether echoes lie where the calibration on level ground puts them. A slope would be taken for an angle bias in
     /// part.
     calibrated: bool,
-    /// Height below the mirror, metres.
+    /// Height above the configured ground, metres.
     height_m: f32,
     /// Height by which it rises where the slope begins, metres.
     rise_m: f32,

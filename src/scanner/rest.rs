@@ -26,18 +26,10 @@ impl Rest {
         }
     }
 
-    /// Returns [`Rest::Reply`] if `waits`, [`Rest::None`] otherwise.
-    pub(super) const fn reply_if(waits: bool) -> Self {
+    /// Returns this rest if `waits`, [`Rest::None`] otherwise.
+    pub(super) const fn only_if(self, waits: bool) -> Self {
         match waits {
-            true => Self::Reply,
-            false => Self::None,
-        }
-    }
-
-    /// Returns [`Rest::Short`] if `waits`, [`Rest::None`] otherwise.
-    pub(super) const fn short_if(waits: bool) -> Self {
-        match waits {
-            true => Self::Short,
+            true => self,
             false => Self::None,
         }
     }

@@ -295,12 +295,12 @@ impl<'a, H: Parts> Machine<'a, H> {
     /// Returns how long the next step may wait if no interrupt comes.
     pub fn rest(&self, now: Micros) -> Rest {
         let link = &self.hardware.link;
-        let waits = || Rest::short_if(!self.reports.has_room());
+        let waits = || Rest::Short.only_if(!self.reports.has_room());
         match &self.state {
             ScannerState::Boot | ScannerState::SelfTest(Test::Arithmetic, _) => Rest::None,
             ScannerState::SelfTest(Test::Home, _) => Rest::Short,
             ScannerState::SelfTest(Test::Link { again: None, .. }, _) => {
-                Rest::reply_if(link.waits())
+                Rest::Reply.only_if(link.waits())
             }
             ScannerState::SelfTest(Test::Link { .. }, _) | ScannerState::Idle => Rest::Long,
             ScannerState::Scanning(sweep) => sweep.may_rest(now, link),

@@ -292,19 +292,19 @@ impl Sweep {
     /// waits for.
     pub fn may_rest(&self, now: Micros, link: &impl RadarModule) -> Rest {
         match self.at {
-            RowState::Configure => Rest::reply_if(link.waits()),
+            RowState::Configure => Rest::Reply.only_if(link.waits()),
             RowState::Move | RowState::Approach | RowState::Prove => Rest::Short,
             // A trigger is not to be late.
-            RowState::Settle(until) => Rest::short_if(!now.plus(SETTLED_US).reached(until)),
-            RowState::Receive => Rest::reply_if(self.moved_on && link.waits()),
+            RowState::Settle(until) => Rest::Short.only_if(!now.plus(SETTLED_US).reached(until)),
+            RowState::Receive => Rest::Reply.only_if(self.moved_on && link.waits()),
             RowState::Turn => {
                 let Some(turning) = &self.turning else {
                     return Rest::None;
                 };
                 let due = self.pending.is_some() || turning.due.is_some();
                 match turning.in_flight.is_empty() {
-                    true => Rest::short_if(!due),
-                    false => Rest::reply_if(!due && link.waits()),
+                    true => Rest::Short.only_if(!due),
+                    false => Rest::Reply.only_if(!due && link.waits()),
                 }
             }
             RowState::Work => Rest::None,

@@ -148,31 +148,29 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Writes the answers of logs, and prints their number.
+/// Writes answers or guard sweeps of logs, and prints their number.
 fn of_logs(args: &Args, output: &Output, logs: &[Log]) -> Result<ExitCode> {
     let outputs = args.overwrite.reading(&args.inputs);
     outputs.check(&args.output)?;
     match (output, args.table) {
-        (Output::Messages, Table::Steps | Table::Answers) => {
-            return messages_of_logs(args, logs, &outputs);
-        }
-        (_, Table::Sweeps) => return sweeps_of_logs(args, output, logs, &outputs),
-        _ => {}
-    }
-    let mut all = Vec::new();
-    for log in logs {
-        all.extend(logs::scans(log)?);
-    }
-    let summary = match (output, args.table) {
-        (Output::Table, Table::Answers | Table::Steps) => {
-            outputs.write(&args.output, &tables::write(&all, args.table)?)?;
-            summary(&all, "rows of")
-        }
+        (_, Table::Sweeps) => sweeps_of_logs(args, output, logs, &outputs),
+        (Output::Messages, _) => messages_of_logs(args, logs, &outputs),
+        (Output::Table, Table::Answers | Table::Steps) => rows_of_logs(args, logs, &outputs),
         _ => bail!(
             "{}: a log has sentences only, no chirps: expected .mcap, or .csv with --table answers, steps or sweeps",
             logs.first().map_or("", |log| &log.name)
         ),
-    };
+    }
+}
+
+/// Writes the answers of logs as rows, and prints the number of scans.
+fn rows_of_logs(args: &Args, logs: &[Log], outputs: &Outputs) -> Result<ExitCode> {
+    let mut all = Vec::new();
+    for log in logs {
+        all.extend(logs::scans(log)?);
+    }
+    outputs.write(&args.output, &tables::write(&all, args.table)?)?;
+    let summary = summary(&all, "rows of");
     emit(&format!("{}: {summary}\n", args.output.display()));
     Ok(ExitCode::SUCCESS)
 }

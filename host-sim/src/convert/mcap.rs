@@ -28,31 +28,28 @@ pub fn write(scans: &[Scan], sweeps: &[(u64, Guarded)]) -> Result<Vec<u8>> {
         let schema = file.add_schema(of.schema, of.schema_encoding, definition)?;
         file.add_channel(schema, of.topic, of.encoding, &BTreeMap::new())
     };
-    let topics = Topic::ALL.map(|topic| (topic, add(&topic.channel())));
-    let of_sweeps = match sweeps {
-        [] => None,
-        _ => Some(add(&sweeps_channel())?),
-    };
+    let mut topics = Vec::new();
+    for topic in Topic::ALL {
+        topics.push((topic, add(&topic.channel())?));
+    }
     let mut messages = Vec::new();
-    for (topic, channel_id) in topics {
-        let channel_id = channel_id?;
+    for &(topic, id) in &topics {
         for (k, scan) in scans.iter().enumerate() {
             if let Some(message) = topic.message(scan, FRAME)? {
-                messages.push((header(channel_id, k, scan.stamp_ns), message));
-            }
-        }
-        for (k, (stamp_ns, sweep)) in sweeps.iter().enumerate() {
-            if topic == Topic::Free {
-                messages.push((
-                    header(channel_id, k, *stamp_ns),
-                    free_message(&sweep.json())?,
-                ));
+                messages.push((header(id, k, scan.stamp_ns), message));
             }
         }
     }
-    for (k, (stamp_ns, sweep)) in sweeps.iter().enumerate() {
-        let json = sweep.json().to_string().into_bytes();
-        messages.extend(of_sweeps.map(|id| (header(id, k, *stamp_ns), json)));
+    // Without sweeps the file has no topic of them.
+    if !sweeps.is_empty() {
+        let guard = add(&sweeps_channel())?;
+        for (k, (stamp_ns, sweep)) in sweeps.iter().enumerate() {
+            let json = sweep.json();
+            for &(_, free) in topics.iter().filter(|(topic, _)| *topic == Topic::Free) {
+                messages.push((header(free, k, *stamp_ns), free_message(&json)?));
+            }
+            messages.push((header(guard, k, *stamp_ns), json.to_string().into_bytes()));
+        }
     }
     // Stable: the messages of one time keep the order of the topics.
     messages.sort_by_key(|(header, _)| header.log_time);

@@ -234,6 +234,7 @@ fn schema() -> Value {
             "free_m": optional,
             "confidence": optional,
             "maybe": maybe,
+            "ground": {"type": "array", "items": {"type": "array", "items": number}},
             "lost_rows": {"type": "integer"},
             "reasons": {"type": "array", "items": {"type": "string"}},
         },

@@ -8,10 +8,9 @@
 use crate::infer::variants::Hypothesis;
 use crate::math;
 use crate::model::Staircase;
-use crate::model::kinds::PROPOSALS_DOWN;
+use crate::model::kinds::without_edges;
 use crate::model::prior::prior;
 use crate::model::treads::{Descending, MAX_TREADS, TreadAt, Treads};
-use crate::params::Rules;
 use crate::params::descent::{
     ALIKE_M, BELOW_GROUND_M, FIRST_RISES_M, ROW_M, ROW_SIGMAS, SKIPPED_ALIKE_M,
 };
@@ -181,12 +180,7 @@ fn chains(levels: &LevelRows) -> Vec<LevelChain, WEIGHED> {
 /// Calls `each` with every hypothesis and its weight: chains of levels with their beginnings and one more tread,
 /// ground without stairs, and the likeliest ramp.
 #[inline(never)]
-pub fn propose(
-    model: &mut Descending,
-    echoes: &[Echo],
-    rules: &Rules,
-    each: &mut dyn FnMut(Hypothesis),
-) {
+pub fn propose(model: &mut Descending, echoes: &[Echo], each: &mut dyn FnMut(Hypothesis)) {
     let levels = levels(model, echoes);
     let chains = chains(&levels);
     let mut before: &[u8] = &[];
@@ -210,17 +204,14 @@ pub fn propose(
     let ground = model.weigh(0).log_weight;
     each(Hypothesis::weighed(Staircase::nothing(), ground));
     let level = prior(&Staircase::nothing());
-    for propose in PROPOSALS_DOWN {
-        let mut best: Option<Hypothesis> = None;
-        propose(rules, &mut |kind| {
-            let s = Staircase::of(kind);
-            let log_weight = model.ground(kind) + prior(&s) - level;
-            let new = Hypothesis::weighed(s, log_weight);
-            best = Some(best.map_or(new, |best| best.likelier(new)));
-            log_weight
-        });
-        if let Some(best) = best {
-            each(best);
-        }
+    let mut best: Option<Hypothesis> = None;
+    for kind in without_edges() {
+        let s = Staircase::of(kind);
+        let log_weight = model.ground(kind) + prior(&s) - level;
+        let new = Hypothesis::weighed(s, log_weight);
+        best = Some(best.map_or(new, |best| best.likelier(new)));
+    }
+    if let Some(best) = best {
+        each(best);
     }
 }

@@ -27,7 +27,7 @@ pub mod wall;
 
 use super::surfaces::Surfaces;
 use crate::answer::{Direction, Slope};
-use crate::params::{Params, Rules};
+use crate::params::Params;
 pub use variation::{SingleRise, Variation};
 
 /// Length of the way ahead that is examined, metres.
@@ -64,18 +64,15 @@ pub enum GroundKind {
 /// Single rises that are tried on level ground, the lowest first.
 pub const SINGLE_RISES: [&[SingleRise]; 3] = [threshold::SINGLE, stairs::SINGLE, obstacle::SINGLE];
 
-/// Proposals of one kind: calls the function, which returns the log-weight of a hypothesis, nats, with each hypothesis.
-/// The heaviest of them is kept.
-pub type Propose = fn(&Rules, &mut dyn FnMut(GroundKind) -> f32);
-
 /// Returns the hypotheses without risers that are tried going up, of which the likeliest is kept.
 pub fn without_risers() -> impl Iterator<Item = GroundKind> {
     ramp::steep().map(GroundKind::from)
 }
 
-/// Proposals without edges going down, by kind.
-pub const PROPOSALS_DOWN: [Propose; 1] =
-    [|_, weigh| ramp::propose_down(&mut |slope| weigh(slope.into()))];
+/// Returns the hypotheses without edges that are tried going down, of which the likeliest is kept.
+pub fn without_edges() -> impl Iterator<Item = GroundKind> {
+    ramp::down().map(GroundKind::from)
+}
 
 impl From<Slope> for GroundKind {
     fn from(Slope { from_m, slope }: Slope) -> Self {

@@ -30,14 +30,13 @@ pub fn steep() -> impl Iterator<Item = Slope> {
     FROM_M.into_iter().flat_map(slopes)
 }
 
-/// Proposes the ramps going down of a grid. `weigh` returns the log-weight of a ramp, nats.
-pub fn propose_down(weigh: &mut dyn FnMut(Slope) -> f32) {
-    for fall in DOWN_SLOPES {
-        for from_m in DOWN_FROM_M {
-            weigh(Slope {
-                from_m,
-                slope: -fall,
-            });
-        }
-    }
+/// Returns the ramps going down that are tried.
+pub fn down() -> impl Iterator<Item = Slope> {
+    let places = |fall: f32| {
+        DOWN_FROM_M.into_iter().map(move |from_m| Slope {
+            from_m,
+            slope: -fall,
+        })
+    };
+    DOWN_SLOPES.into_iter().flat_map(places)
 }
