@@ -236,6 +236,7 @@ impl Inspection {
             configured,
             other,
             bend,
+            ..
         }) = self.floor
         {
             let _ = write!(

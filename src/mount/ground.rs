@@ -225,6 +225,8 @@ impl GroundEchoes {
 pub struct GroundEvidence {
     /// Largest log-likelihood of the echoes, nats, for a ground that is where the mounting puts it.
     pub configured: f32,
+    /// The same without a riser or a drop, nats: ground that goes on at another level confirms no mounting.
+    pub unbroken: f32,
     /// Largest log-likelihood of the echoes, nats, for a ground that is elsewhere.
     pub other: f32,
     /// Slope of the ground: level where no slope has clearly more evidence.
@@ -237,10 +239,10 @@ impl GroundEvidence {
         self.other - self.configured <= p.floor_elsewhere_nats
     }
 
-    /// Returns whether the evidence confirms the configured mounting: it is clearly larger than for any other
-    /// ground.
+    /// Returns whether the evidence confirms the configured mounting: without a riser or drop it is clearly larger than
+    /// for any other ground.
     pub fn confirmed(&self, p: &Params) -> bool {
-        self.configured > self.other + p.floor_firm_nats
+        self.unbroken > self.other + p.floor_firm_nats
     }
 
     /// Computes the evidence from the echoes of a map, placed without any calibration. `level` is the calibration on level
@@ -251,6 +253,7 @@ impl GroundEvidence {
         let level = ground.on(&TestedGround::LEVEL);
         let mut found = Self {
             configured: level,
+            unbroken: level,
             other: ground.elsewhere(p),
             bend: Slope::LEVEL,
         };
@@ -264,6 +267,7 @@ impl GroundEvidence {
         let rival = math::max(found.configured, found.other - SLOPE_NATS);
         if nats > level + BEND_NATS && nats > rival {
             (found.bend, found.configured) = ground.moved(bend, nats);
+            found.unbroken = found.configured;
         }
         found
     }
@@ -343,6 +347,7 @@ mod tests {
     fn a_floor_that_is_only_seen_elsewhere_is_out_of_place() {
         let floor = |configured, other| GroundEvidence {
             configured,
+            unbroken: configured,
             other,
             bend: Slope::LEVEL,
         };

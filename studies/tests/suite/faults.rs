@@ -12,8 +12,6 @@ use studies::faults::Fault;
 
 /// Faults that may affect only rows without echoes, or that no reason names.
 const HARMLESS_AT_TIMES: &[(&str, f64)] = &[
-    // Told as a slope of the ground, or named.
-    ("angle-offset", 3.0),
     ("microsteps", 2.0),
     ("mirror-sticks", 20.0),
     ("mirror-slips", 4.0),
@@ -39,6 +37,7 @@ const NAMED: &[(&str, f64)] = &[
     ("iq-phase", 20.0),
     ("gain-falls", 20.0),
     ("mirror-stuck", 120.0),
+    ("angle-offset", 3.0),
     ("mount-height", 0.06),
     ("mirror-offset", 0.03),
     ("rows-shuffled", 80.0),
