@@ -21,7 +21,7 @@ pub static UP: Weights = Weights {
     ],
     maps: [PlattMap { slope: 0.96596736, offset: -0.12393901 }, PlattMap { slope: 0.87528604, offset: 0.044782072 }],
     maybe_map: PlattMap { slope: 0.5679121, offset: 0.12743616 },
-    ok_from: [0.968, 0.93],
+    ok_from: [0.968, 0.916],
 };
 
 /// Weights of the height plane.
