@@ -60,6 +60,11 @@ impl RadarConfig {
         SPEED_OF_LIGHT / (2000.0 * self.bandwidth_khz.max(1) as f32)
     }
 
+    /// Returns the carrier's wavelength, metres.
+    pub fn wavelength_m(&self) -> f32 {
+        SPEED_OF_LIGHT / (1000.0 * self.carrier_khz.max(1) as f32)
+    }
+
     /// Returns the settings with ranges increased by `scale` parts per million: the module's bandwidth is
     /// smaller than its nominal value.
     pub fn scaled(self, scale: i32) -> Self {

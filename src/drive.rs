@@ -69,6 +69,18 @@ impl Input {
     }
 }
 
+/// Whether the phases of a scan's echoes turn from row to row as the motion input has it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum PhaseAgreement {
+    /// No motion input, too few echoes, or phases that spread.
+    #[default]
+    Unknown,
+    /// They do: the chair stood or moved as reported, but for multiples of half a wavelength a row.
+    Agrees,
+    /// They turn alike, and not as reported.
+    Differs,
+}
+
 /// Motion of the chair during a scan.
 #[derive(Clone, Copy, Debug)]
 pub struct Drive<'a> {
@@ -83,9 +95,8 @@ pub struct Drive<'a> {
     pub moved_m: Option<f32>,
     /// Time from the last row of the scan before to the last row of this one, seconds; `None` for the first scan.
     pub since_s: Option<f32>,
-    /// Whether both the motion input and the phases of the echoes show that the chair stood during the scan; set by the
-    /// data path.
-    pub stood: bool,
+    /// Whether the phases of the scan's echoes agree with the motion input; set by the data path.
+    pub phases: PhaseAgreement,
     /// Duration of one radar chirp, seconds.
     pub chirp_s: f32,
     /// Rule for using and changing the evidence of earlier scans in this scan.
@@ -100,7 +111,7 @@ impl<'a> Drive<'a> {
         track: None,
         moved_m: None,
         since_s: None,
-        stood: false,
+        phases: PhaseAgreement::Unknown,
         chirp_s: 0.0,
         memory: Retention::Off,
     };

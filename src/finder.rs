@@ -102,7 +102,7 @@ impl StairFinder {
     /// # Errors Returns the field that makes the scan larger than the map, or its sweep wider than the shaft can turn.
     pub fn begin(&mut self, config: &Config) -> Result<(), ConfigError> {
         self.map.begin(config)?;
-        self.image.begin(&self.map);
+        self.image.begin(&self.map, &config.radar);
         self.scratch.choose(config.estimator, self.numbers);
         if let Some(estimator) = self.scratch.estimator() {
             estimator.begin(&self.map);
@@ -118,7 +118,7 @@ impl StairFinder {
 
     /// Adds the last written row, `k`, to the image.
     pub fn add(&mut self, k: usize, row: &mut CoherentRow<'_>) {
-        self.image.add(self.map.angle_rad(k), row);
+        self.image.add(&self.map, k, row);
     }
 
     /// Marks row `k` as final, received or lost, and lets the estimator process it.

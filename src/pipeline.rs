@@ -3,7 +3,7 @@
 use crate::Iq;
 use crate::answer::Answer;
 use crate::config::{Config, ConfigError, MAX_SAMPLES};
-use crate::drive::{Drive, Retention};
+use crate::drive::{Drive, PhaseAgreement, Retention};
 use crate::finder::StairFinder;
 use crate::health::{Expected, Health};
 use crate::mount::Mounting;
@@ -199,7 +199,7 @@ impl Pipeline {
                 memory if well => memory,
                 _ => Retention::Off,
             },
-            stood: self.stood(drive),
+            phases: self.phases(drive),
             ..*drive
         };
         let past = match drive.memory {
@@ -258,10 +258,14 @@ impl Pipeline {
         evidence
     }
 
-    /// Returns whether the motion input and the echoes' phases agree that the chair stood during the last scan.
-    pub fn stood(&self, drive: &Drive<'_>) -> bool {
+    /// Returns whether the echoes' phases agree with the motion input of the last scan.
+    pub fn phases(&self, drive: &Drive<'_>) -> PhaseAgreement {
         let mirror = self.config.mount.mirror_offset > 0;
-        mirror && drive.known().is_some_and(|track| !self.moves(track)) && self.health.stood()
+        let known = drive.known().filter(|_| mirror);
+        known.map_or(PhaseAgreement::Unknown, |track| {
+            let (map, radar) = (self.finder.map(), &self.config.radar);
+            self.health.phases(track, map, radar)
+        })
     }
 
     /// Returns whether the chair moved along `track` by more than a standing chair's limits, `stood_m` and `stood_rad`.
@@ -357,8 +361,8 @@ impl DataPath for Pipeline {
         self.numbers
     }
 
-    fn expect_motion(&mut self) {
-        self.finder.image_mut().expect_motion();
+    fn expect_motion(&mut self, travel_m: f32) {
+        self.finder.image_mut().expect_motion(travel_m);
     }
 
     fn self_test(&mut self) -> bool {

@@ -216,7 +216,7 @@ impl DataPath for DataPathWithMotion {
         self.track = drive.track.cloned();
         self.drive = Drive {
             track: None,
-            stood: self.pipeline.stood(drive),
+            phases: self.pipeline.phases(drive),
             ..*drive
         };
         if let Some(image) = &mut self.image {
@@ -233,8 +233,8 @@ impl DataPath for DataPathWithMotion {
         self.pipeline.calibrate(wall_m)
     }
 
-    fn expect_motion(&mut self) {
-        self.pipeline.expect_motion();
+    fn expect_motion(&mut self, travel_m: f32) {
+        self.pipeline.expect_motion(travel_m);
     }
 
     fn numbers(&self) -> Numbers {

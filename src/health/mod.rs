@@ -11,27 +11,29 @@
 //! | this file | levels from row to row: noise, leakage and mirror echo, bursts of interference |
 //! | `converter` | samples: stuck bits, offset drift, clipping, repeated chirps |
 //! | `turning` | the map: echoes change with the angle as a turning mirror makes them |
-//! | `standing` | phases: chair and scene do not move |
+//! | `phases` | phases: the chair stands, or moves as its motion input has it |
 //! | `mirror` | range and level of the mirror's own echo over the whole scan |
 
 mod check;
 mod converter;
 mod mirror;
-mod standing;
+mod phases;
 mod turning;
 
 use crate::Iq;
-use crate::config::Config;
+use crate::config::{Config, RadarConfig};
+use crate::drive::PhaseAgreement;
 use crate::params::Numbers;
 use crate::params::health::{MAX_BURST_ROWS, MAX_IMAGE_SHARE, RUNNING_MEAN, SAMPLES_PER_SATURATED};
 use crate::signal::grid::{DB_PER_UNIT, PolarMap};
 use crate::signal::range::{FULL_SCALE, RowStats};
+use crate::track::Track;
 use crate::verdict::{Reason, Reasons};
 pub use check::CheckResult;
 use check::{PER_CENT, units};
 use converter::Converter;
 pub use mirror::MirrorEcho;
-use standing::Standing;
+use phases::Phases;
 use turning::Turning;
 
 /// Row interval of the scan's noise histogram: every eighth row is counted.
@@ -85,7 +87,7 @@ pub struct Health {
     converter: Converter,
     levels: Levels,
     turning: Turning,
-    standing: Standing,
+    phases: Phases,
     /// Histogram of the scan's noise: number of counted cells by value, from every [`NOISE_ROWS`]th row.
     cells: [u16; CELL_VALUES],
     numbers: Numbers,
@@ -219,7 +221,7 @@ impl Health {
             converter: Converter::new(numbers),
             levels: Levels::new(numbers),
             turning: Turning::new(numbers),
-            standing: Standing::new(numbers),
+            phases: Phases::new(numbers),
             cells: [0; CELL_VALUES],
             numbers,
         }
@@ -254,7 +256,7 @@ impl Health {
     }
 
     /// Adds row `row` of `map`, which [`Health::row`] has already taken, to the checks of the mirror's turning and of
-    /// the chair's standing. `phasors` returns the complex values of a stored bin and of the mirror's echo in the row's
+    /// the chair's motion. `phasors` returns the complex values of a stored bin and of the mirror's echo in the row's
     /// chirp.
     pub fn check_map_row(
         &mut self,
@@ -264,12 +266,12 @@ impl Health {
     ) {
         let noise = self.levels.noise / SIXTEENTHS;
         let strongest = self.turning.row(map, row, noise);
-        self.standing.row(map, row, phasors, strongest, noise);
+        self.phases.row(map, row, phasors, strongest, noise);
     }
 
-    /// Returns whether the echoes kept their phases from row to row, which shows that the chair stood.
-    pub fn stood(&self) -> bool {
-        self.standing.stood()
+    /// Returns whether the phases of the echoes of a scan of `map` turn from row to row as the travel along `track` has it.
+    pub fn phases(&self, track: &Track, map: &PolarMap, radar: &RadarConfig) -> PhaseAgreement {
+        self.phases.agreement(track, map, radar.wavelength_m())
     }
 
     /// Returns the scan's noise, map units: the median of the counted cells, of which echoes fill few; at least 1, for a
@@ -379,7 +381,7 @@ impl Health {
         self.converter.report_checks(each);
         self.turning.report_checks(map, each);
         if config.mount.mirror_offset > 0 && !expected.moving {
-            self.standing.report_checks(each);
+            self.phases.report_checks(each);
         }
         let mirror = (self.mirror / self.rows.max(1)) as i32;
         turning::lines(map, config, p, [self.noise().into(), mirror], each);

@@ -8,7 +8,7 @@
 //! between two sentences discards the positions of the rows between them, and the scan then counts as one without
 //! motion input.
 
-use crate::drive::{Drive, Input, Mode, Retention};
+use crate::drive::{Drive, Input, Mode, PhaseAgreement, Retention};
 use crate::math::RAD_PER_DEG;
 use crate::time::Micros;
 use crate::track::{RowPose, Track};
@@ -94,6 +94,8 @@ pub struct Odometry {
     /// Time of the present scan's first row, and the odometer's travel from which the scan's track counts, 0.1
     /// mm; `None` before that row.
     begun: Option<(Micros, i32)>,
+    /// Odometer's travel by the first sentence after that row, 0.1 mm.
+    first_travel: Option<i32>,
     /// State of the motion input in the present scan: its first fault, `Good` without one.
     scan: Input,
     /// Time and travel of the last row of the last scan, and (`guard_end`) of the last row of the last guard sweep.
@@ -128,6 +130,7 @@ impl Odometry {
             waiting: Deque::new(),
             track: Track::new(),
             begun: None,
+            first_travel: None,
             scan: Input::Absent,
             end: None,
             guard_end: None,
@@ -158,12 +161,16 @@ impl Odometry {
         }
     }
 
-    /// Returns whether the chair may move: by the last two motion sentences, however old they are, or because there are
-    /// none and `mode` does not say that it stands.
-    pub fn may_move(&self, mode: Mode) -> bool {
+    /// Returns the travel from the first motion sentence after the scan's first row to the last one, metres, if the chair may
+    /// move: by the last two motion sentences, however old they are, or because there are none and `mode` does not say that
+    /// it stands.
+    pub fn travel_if_moving(&self, mode: Mode) -> Option<f32> {
         let travelled =
             |(before, last): (Arrived, Arrived)| before.reading.travel != last.reading.travel;
-        mode != Mode::Standing && self.before.zip(self.last).is_none_or(travelled)
+        let moves = mode != Mode::Standing && self.before.zip(self.last).is_none_or(travelled);
+        let since =
+            |(last, first): (Arrived, i32)| last.reading.travel.wrapping_sub(first) as f32 * 1e-4;
+        moves.then(|| self.last.zip(self.first_travel).map_or(0.0, since))
     }
 
     /// Sets the age above which a motion sentence is stale, microseconds.
@@ -237,6 +244,9 @@ impl Odometry {
     /// together with it.
     fn follow(&mut self, before: Option<Arrived>, next: Arrived) {
         (self.before, self.last) = (before, Some(next));
+        if self.begun.is_some() && self.first_travel.is_none() {
+            self.first_travel = Some(next.reading.travel);
+        }
         (self.first_at, self.placed) = (next.at, false);
     }
 
@@ -254,6 +264,7 @@ impl Odometry {
         self.track.begin(rows);
         self.waiting.clear();
         self.begun = None;
+        self.first_travel = None;
         self.since_s = None;
         self.moved_m = None;
         self.scan = Input::Good;
@@ -424,7 +435,7 @@ impl Odometry {
             track: Some(&self.track),
             moved_m: self.moved_m,
             since_s: self.since_s,
-            stood: false,
+            phases: PhaseAgreement::Unknown,
             chirp_s: chirp_us as f32 * 1e-6,
             memory: self.retention,
         }

@@ -8,7 +8,7 @@
 
 use super::odometer::same_place_m;
 use crate::config::{Config, Plane};
-use crate::drive::{Agreement, Drive, Finding, Input, Mode, Retention};
+use crate::drive::{Agreement, Drive, Finding, Input, Mode, PhaseAgreement, Retention};
 use crate::math;
 use crate::params::motion::{
     DRIVING_SHARE, FROM_DB, MAX_DB, MIN_MARGIN, MIN_SHARE, SAME_HEIGHT_M, SAME_HEIGHT_RAD,
@@ -110,8 +110,13 @@ impl SweepComparison {
                 ride.steady_speed = creep.speed;
                 creep.finding
             }
-            _ if drive.stood && !comparable => by_itself,
             _ => Finding::Unconfirmed,
+        };
+        // The phases of one sweep show its speed.
+        let finding = match (finding, drive.phases) {
+            (Finding::Unconfirmed, PhaseAgreement::Agrees) => by_itself,
+            (_, PhaseAgreement::Differs) => Finding::Moved,
+            _ => finding,
         };
         if known || ride.steady_speed.is_some() {
             echoes

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::config::Config;
+use crate::drive::PhaseAgreement;
 use crate::signal::echoes::{Echo, Echoes, tests};
 use crate::signal::grid::PolarMap;
 use crate::verdict::{Assessment, Evidence, Outcome, Reason, Status, Validity};
@@ -28,8 +29,8 @@ const SCENE: [(f32, f32, f32); 7] = [
 struct Chair {
     speed: f32,
     rad_s: f32,
-    /// Whether motion input and the phases of the echoes show that the chair stood.
-    stood: bool,
+    /// Whether the phases of the echoes agree with the motion input.
+    phases: PhaseAgreement,
 }
 
 impl Chair {
@@ -91,7 +92,7 @@ fn drive(track: &Track, input: Input, moved_m: Option<f32>, sweep: u16) -> Drive
         track: Some(track),
         moved_m: moved_m.filter(|_| sweep > 0),
         since_s,
-        stood: false,
+        phases: PhaseAgreement::Unknown,
         chirp_s: CHIRP_S,
         memory: Retention::Kept,
     }
@@ -135,7 +136,7 @@ fn reported(chair: Chair, sweeps: u16, input: Input, said: fn(f32) -> f32) -> (O
         }
         let way = said(chair.speed * (f32::from(ROWS - 1) * ROW_S + TURN_S));
         let drive = Drive {
-            stood: chair.stood,
+            phases: chair.phases,
             ..drive(&reported, input, Some(way), sweep)
         };
         let agreement = compared.compare(&map, &config, &drive, &mut echoes);
@@ -147,7 +148,7 @@ fn reported(chair: Chair, sweeps: u16, input: Input, said: fn(f32) -> f32) -> (O
 const STANDING: Chair = Chair {
     speed: 0.0,
     rad_s: 0.0,
-    stood: false,
+    phases: PhaseAgreement::Unknown,
 };
 
 fn driving(speed: f32) -> Chair {
@@ -180,7 +181,7 @@ fn echoes_are_placed_as_seen_from_the_position_at_their_row() {
     let chair = Chair {
         speed: 0.1,
         rad_s: 0.0135,
-        stood: false,
+        ..STANDING
     };
     let (_, echoes) = reported(chair, 1, Input::Good, |m| m);
     assert!(worst(chair, &echoes, 0) < 5e-4);
@@ -201,18 +202,34 @@ fn a_first_sweep_confirms_nothing_and_a_second_one_a_standing_chair() {
 }
 
 #[test]
-fn a_first_sweep_of_a_chair_that_is_said_and_seen_to_stand_needs_no_second() {
-    let seen = Chair {
-        stood: true,
-        ..STANDING
+fn a_first_sweep_whose_phases_turn_as_reported_needs_no_second() {
+    for speed in [0.0, 0.1] {
+        let seen = Chair {
+            phases: PhaseAgreement::Agrees,
+            ..driving(speed)
+        };
+        let (first, _) = reported(seen, 1, Input::Good, |m| m);
+        assert!(first.status() == Status::Ok && first.reasons().is_empty());
+        let (unseen, _) = reported(driving(speed), 1, Input::Good, |m| m);
+        assert!(unseen.status() == Status::Degraded && !unseen.reasons().is_empty());
+        // A sweep before that contradicts the travel, here 30 cm, still prevents `ok`.
+        let (second, _) = reported(seen, 2, Input::Good, |_| 0.3);
+        assert!(second.status() == Status::Degraded && !second.reasons().is_empty());
+    }
+}
+
+#[test]
+fn phases_that_turn_otherwise_than_reported_contradict_two_sweeps_that_agree() {
+    let phases = PhaseAgreement::Differs;
+    let chair = Chair {
+        phases,
+        ..driving(0.1)
     };
-    let (first, _) = reported(seen, 1, Input::Good, |m| m);
-    assert!(first.status() == Status::Ok && first.reasons().is_empty());
-    let (unseen, _) = reported(STANDING, 1, Input::Good, |m| m);
-    assert!(unseen.status() == Status::Degraded && !unseen.reasons().is_empty());
-    // A sweep before that contradicts the travel, here 30 cm, still prevents `ok`.
-    let (second, _) = reported(seen, 2, Input::Good, |_| 0.3);
-    assert!(second.status() == Status::Degraded && !second.reasons().is_empty());
+    for sweeps in [1, 2] {
+        let (outcome, _) = reported(chair, sweeps, Input::Good, |m| m);
+        assert!(outcome.reasons().has(Reason::Moving), "{sweeps}");
+        assert_eq!(outcome.status(), Status::Degraded);
+    }
 }
 
 #[test]

@@ -45,8 +45,9 @@ pub trait DataPath {
     /// # Errors
     /// Names the property of instrument or scene that is out of its limits.
     fn calibrate(&mut self, wall_m: f32) -> Result<Mounting, ConfigError>;
-    /// States that from the next row on the chair may move until the end of the scan.
-    fn expect_motion(&mut self) {}
+    /// States that from the next row on the chair may move until the end of the scan, and its forward travel since the first
+    /// row, metres.
+    fn expect_motion(&mut self, _travel_m: f32) {}
     /// Returns the tuned numbers that the data path has.
     fn numbers(&self) -> Numbers {
         Numbers::DEFAULT
@@ -89,8 +90,8 @@ impl<D: DataPath + ?Sized> DataPath for &mut D {
         (**self).calibrate(wall_m)
     }
 
-    fn expect_motion(&mut self) {
-        (**self).expect_motion();
+    fn expect_motion(&mut self, travel_m: f32) {
+        (**self).expect_motion(travel_m);
     }
 
     fn numbers(&self) -> Numbers {

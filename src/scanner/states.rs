@@ -327,8 +327,8 @@ impl<'a, H: Parts> Machine<'a, H> {
                 );
                 let poll = sweep.poll(now, mirror, link, data);
                 if let Some((row, at)) = sweep.triggered() {
-                    if self.odometry.may_move(self.scan.motion) {
-                        self.data.expect_motion();
+                    if let Some(travel_m) = self.odometry.travel_if_moving(self.scan.motion) {
+                        self.data.expect_motion(travel_m);
                     }
                     let mid = sweep.settings().capture_us() / 2;
                     self.odometry.row(row, at.plus(mid));

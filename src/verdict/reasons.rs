@@ -98,10 +98,10 @@ reasons! {
         "No settings were saved, or others were in force before a reset, and not all settings of the mounting have been set since boot.",
     /// No second sweep over the same scene has confirmed yet that the chair stands, or moves as reported.
     Unconfirmed = "unconfirmed" [Degraded]
-        "No earlier sweep can be compared with this one, or too few echoes are common to both; in the paper's estimator always, unless `motion` is `standing`; in the height plane always with `plane both`.",
-    /// The chair moves: two sweeps over the scene do not agree, or the echoes' phases drift from row to row.
+        "The phases of too few echoes show the reported travel, and no earlier sweep can be compared with this one, or too few echoes are common to both; in the paper's estimator always, unless `motion` is `standing`; in the height plane always with `plane both`.",
+    /// The chair moves otherwise than reported: two sweeps over the scene do not agree, or the echoes' phases turn otherwise.
     Moving = "moving" [InstrumentFault, Degraded]
-        "The mean phase change of echoes from row to row exceeds `phase_turned_deg` though the chair is not known to move (instrument); or two sweeps fit another travel better than the motion input, or than no travel if there is no input (degraded).",
+        "The mean phase change of echoes from row to row exceeds `phase_turned_deg` though the chair is not known to move (instrument); or two sweeps fit another travel better than the motion input, or than no travel if there is no input, or the phases turn alike from row to row and not as the motion input has it (degraded).",
     /// The motion input was lost, late, damaged or impossible: the scan was processed without it.
     MotionInput = "motion-input" [Degraded, Info]
         "Motion input is required and does not give every row's position (degraded); or it was late, jumping, frozen, garbled or disordered during the scan (info).",

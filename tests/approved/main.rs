@@ -129,10 +129,9 @@ fn checks(pipeline: &Pipeline, config: &Config, moving: bool) -> String {
     let found = (0..map.rows()).flat_map(|k| map.detections(k).map(move |(bin, _)| (k, bin)));
     let found: Vec<u8> = found.flat_map(|(k, bin)| [k as u8, bin as u8]).collect();
     let mut checked = format!(
-        "noise {}, fault {:?}, stood {}, echo {}, mirror {:?}",
+        "noise {}, fault {:?}, echo {}, mirror {:?}",
         health.noise(),
         health.fault(config.mount.mirror_offset > 0),
-        health.stood(),
         health.has_echo(map),
         health.mirror_seen(config)
     );

@@ -16,5 +16,5 @@ pub(crate) mod tests;
 
 pub use beam::Lobes;
 pub use echo::{Echo, Echoes, FoundEchoes, MAX_ECHOES};
-pub use place::MotionCompensation;
 pub(crate) use place::row_of;
+pub use place::{MotionCompensation, forward};

@@ -57,7 +57,8 @@ pub struct Clean<'a> {
     /// Mean power of the noise in a cell.
     pub noise: f32,
     words: &'a mut [u32],
-    range: RangeResponse,
+    /// Response over the range.
+    pub range: RangeResponse,
     /// Points found so far.
     pub found: Vec<Component, MAX_ECHOES>,
     waiting: Waiting,
@@ -79,6 +80,11 @@ impl<'a> Clean<'a> {
             found: Vec::new(),
             waiting: Waiting::new(),
         }
+    }
+
+    /// Returns the image's memory.
+    pub fn words(&self) -> &[u32] {
+        self.words
     }
 
     /// Finds the points of the image, which holds what is left afterwards.

@@ -4,6 +4,7 @@
 //! taken out of each row, so that a moving chair's rows add up as well. Multiples of a turn do not matter.
 
 use super::reference::CoherentRow;
+use super::walk::aligned;
 use crate::math;
 use crate::signal::range::packed::Packed;
 
@@ -28,6 +29,8 @@ pub struct Drift {
     variance: f32,
     change_rad: f32,
     turned_rad: f32,
+    /// Seen bin of the first bin of the row before.
+    first: i32,
 }
 
 impl Drift {
@@ -39,6 +42,7 @@ impl Drift {
             variance: 0.0,
             change_rad: 0.0,
             turned_rad: 0.0,
+            first: 0,
         }
     }
 
@@ -47,11 +51,12 @@ impl Drift {
         self.noise = 0.0;
         (self.sum, self.variance) = ([0.0; 2], 0.0);
         (self.change_rad, self.turned_rad) = (0.0, 0.0);
+        self.first = 0;
     }
 
-    /// Takes the next row; returns the phase that echoes have turned since the first row, radians. `before` is the memory of
-    /// the row before, zeros before the first one.
-    pub fn row(&mut self, row: &CoherentRow<'_>, before: &mut [u32]) -> f32 {
+    /// Takes the next row, whose first bin is seen bin `first`; returns the phase that echoes have turned since the first row,
+    /// radians. `before` is the memory of the row before, zeros before the first one.
+    pub fn row(&mut self, row: &CoherentRow<'_>, first: i32, before: &mut [u32]) -> f32 {
         let scale = row.unit * row.unit;
         self.track_noise(row.bins, scale);
         // Without a reference each chirp begins with another phase.
@@ -59,8 +64,11 @@ impl Drift {
         self.sum = self.sum.map(|s| s * fades);
         self.variance *= fades * fades;
         let mut strong = false;
-        for (x, kept) in row.bins.iter().zip(before) {
-            let then = Packed(core::mem::replace(kept, x.0));
+        let by = first.wrapping_sub(core::mem::replace(&mut self.first, first));
+        let (skipped, skipped_before) = aligned(by);
+        let pairs = row.bins.iter().skip(skipped);
+        for (x, then) in pairs.zip(before.iter().skip(skipped_before)) {
+            let then = Packed(*then);
             let [a, b, c, d] = [x.re(), x.im(), then.re(), then.im()].map(f32::from);
             let (now, then) = ((a * a + b * b) * scale, (c * c + d * d) * scale);
             if math::min(now, then) > STRONG * self.noise {
@@ -71,6 +79,9 @@ impl Drift {
                 ];
                 self.variance += 0.5 * self.noise * (now + then);
             }
+        }
+        for (kept, x) in before.iter_mut().zip(row.bins.iter()) {
+            *kept = x.0;
         }
         if strong {
             let [cos, sin] = self.sum;

@@ -20,6 +20,7 @@
 //! | `coherent` | rows → image, in fixed point; its noise |
 //! | `drift` | rows → phase that echoes turn while the chair moves |
 //! | `response` | window → response of a point over the range |
+//! | `walk` | travel → bins through which scatterers walk while the chair moves |
 //! | `waiting` | local maxima that wait, the strongest first |
 //! | `clean` | image → points, strongest first, by CLEAN |
 //! | `memory` | the words in which the image is made |
@@ -36,6 +37,7 @@ mod reference;
 mod response;
 mod surface;
 mod waiting;
+mod walk;
 
 #[cfg(test)]
 pub(crate) mod tests;

@@ -6,10 +6,10 @@ use super::memory::ImageMemory;
 use super::reference::CoherentRow;
 use super::response::RangeResponse;
 use super::surface::Cleaned;
-use crate::config::Config;
+use crate::config::{Config, RadarConfig};
 use crate::math;
 use crate::params::image::PATTERN;
-use crate::signal::echoes::{Echo, FoundEchoes};
+use crate::signal::echoes::{Echo, FoundEchoes, forward};
 use crate::signal::grid::{PolarMap, UNITS_PER_OCTAVE};
 use crate::signal::range::FULL_SCALE;
 
@@ -44,20 +44,24 @@ impl KeptImage {
         !self.memory.words().is_empty()
     }
 
-    /// Prepares for the first row of a scan with the shape of `map`, of a chair that stands.
-    pub fn begin(&mut self, map: &PolarMap) {
-        self.image.begin(map, self.memory.words().len());
+    /// Prepares for the first row of a scan by `radar` with the shape of `map`, of a chair that stands.
+    pub fn begin(&mut self, map: &PolarMap, radar: &RadarConfig) {
+        let native_m = radar.range_resolution_m();
+        self.image.begin(map, native_m, self.memory.words().len());
     }
 
-    /// States that from the next row on the chair may move. Where it stands, the phases of rows with a reference stay as
-    /// they are: a wide face turns the phase of what stands, too.
-    pub fn expect_motion(&mut self) {
-        self.image.moving = true;
+    /// States that from the next row on the chair may move, and its forward travel since the first row, metres. Where it
+    /// stands, the phases of rows with a reference stay as they are: a wide face turns the phase of what stands, too.
+    pub fn expect_motion(&mut self, travel_m: f32) {
+        self.image.travel_m = Some(travel_m);
     }
 
-    /// Adds a row seen at `angle_rad`.
-    pub fn add(&mut self, angle_rad: f32, row: &mut CoherentRow<'_>) {
-        self.image.add(self.memory.words_mut(), angle_rad, row);
+    /// Adds row `k` of `map`.
+    pub fn add(&mut self, map: &PolarMap, k: usize, row: &mut CoherentRow<'_>) {
+        let angle_rad = map.angle_rad(k);
+        let ahead = forward(map.geometry(), angle_rad);
+        let words = self.memory.words_mut();
+        self.image.add(words, (angle_rad, ahead), row);
     }
 
     /// Closes the image after the last row.
@@ -70,13 +74,16 @@ impl KeptImage {
         self.image.noise(self.memory.words())
     }
 
-    /// Returns the power of a finished image at an angle and a stored bin, interpolated between the nodes; 0 outside.
+    /// Returns the power of a finished image at an angle and a stored bin of its row, interpolated between the nodes; 0
+    /// outside.
     pub fn power(&self, angle_rad: f32, bin: usize) -> f32 {
         let at = self.image.nodes().at(angle_rad);
         if at < 0.0 {
             return 0.0;
         }
-        let [re, im] = self.image.between(self.memory.words(), at, bin);
+        let words = self.memory.words();
+        let bin = self.image.bin_of(words, at, bin);
+        let [re, im] = self.image.between(words, at, bin);
         re * re + im * im
     }
 
@@ -106,8 +113,9 @@ impl KeptImage {
         let mut clean = Clean::new(&self.image, self.memory.words_mut(), range, noise);
         clean.run();
         for point in &clean.found {
-            let mut echo = echo(point, map, &clean, range.native_per_bin);
-            echo.native_bin = range.native(point.bin);
+            let bin = point.bin - self.image.walk(clean.words(), point.node);
+            let mut echo = echo(point, bin, map, &clean);
+            echo.native_bin = range.native(bin);
             // There is room.
             let _ = echoes.push(echo);
         }
@@ -131,10 +139,10 @@ fn range_response(map: &PolarMap, config: &Config) -> RangeResponse {
     }
 }
 
-/// Returns the echo of a point, without its native bin.
-fn echo(point: &Component, map: &PolarMap, clean: &Clean<'_>, native_per_bin: f32) -> Echo {
+/// Returns the echo of a point, which was in stored bin `bin` in its row, without its native bin.
+fn echo(point: &Component, bin: f32, map: &PolarMap, clean: &Clean<'_>) -> Echo {
     let (geometry, nodes) = (map.geometry(), clean.image.nodes());
-    let range_m = geometry.range_m(point.bin);
+    let range_m = geometry.range_m(bin);
     let angle_rad = nodes.angle_rad(point.node);
     let (x_m, y_m) = geometry.point(range_m, angle_rad);
     let ratio = point.power / clean.noise;
@@ -148,7 +156,7 @@ fn echo(point: &Component, map: &PolarMap, clean: &Clean<'_>, native_per_bin: f3
         y_m,
         width: point.width,
         angle_sigma_rad: nodes.sigma_rad() * share,
-        range_sigma_m: RANGE_SIGMA / native_per_bin * geometry.bin_m * share,
+        range_sigma_m: RANGE_SIGMA / clean.range.native_per_bin * geometry.bin_m * share,
         native_bin: 0.0,
         phasor: point.amplitude.map(|part| part / math::sqrt(point.power)),
     }

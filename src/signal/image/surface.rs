@@ -74,9 +74,12 @@ impl<'a> Cleaned<'a> {
         let mut echoes = Vec::new();
         for echo in &found.echoes {
             let power = gain * math::power_ratio(echo.snr_db);
+            let node = image.nodes().at(echo.angle_rad);
             let bin = (echo.range_m - geometry.first_range_m) / geometry.bin_m;
+            // As CLEAN has found it.
+            let bin = bin + image.walk(words, node);
             let taken = TakenEcho {
-                node: image.nodes().at(echo.angle_rad),
+                node,
                 bin,
                 phasor: range.phasor(bin),
                 amplitude: echo.phasor.map(|part| math::sqrt(noise * power) * part),
@@ -100,12 +103,16 @@ impl<'a> Cleaned<'a> {
         self.gain
     }
 
-    /// Returns the look at a stored bin and an angle, radians; `None` outside of the scan.
+    /// Returns the look at a stored bin of a row and the row's angle, radians; `None` outside of the scan.
     #[inline(never)]
     pub fn look(&self, bin: usize, angle_rad: f32) -> Option<Look> {
         let nodes = self.image.nodes();
         let at = nodes.at(angle_rad);
         if at < 0.0 || math::floor(at) + 1.0 >= nodes.count() as f32 || bin >= self.image.bins() {
+            return None;
+        }
+        let bin = self.image.bin_of(self.words, at, bin);
+        if bin >= self.image.bins() {
             return None;
         }
         let mut sum = self.image.between(self.words, at, bin);

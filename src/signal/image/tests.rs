@@ -4,7 +4,7 @@ use super::*;
 use crate::config::Config;
 use crate::params::Params;
 use crate::signal::echoes::tests::{map, noise, uniform};
-use crate::signal::echoes::{Echoes, FoundEchoes};
+use crate::signal::echoes::{Echo, Echoes, FoundEchoes};
 use crate::signal::grid::{PolarMap, two_way_sigma};
 use crate::signal::range::FULL_SCALE;
 use crate::signal::range::packed::Packed;
@@ -62,31 +62,42 @@ impl Seen {
         turn: impl Fn(usize) -> f64,
     ) -> Box<KeptImage> {
         let mut image = Box::new(KeptImage::new());
-        image.begin(&self.map);
+        image.begin(&self.map, &Config::default().radar);
         if moving {
-            image.expect_motion();
+            image.expect_motion(0.0);
         }
-        let units = (f64::from(NOISE) - f64::from(FULL_SCALE)) / 16.0;
         let last = self.rows.len().saturating_sub(1);
         for k in 0..=last {
             let row = if backwards { last - k } else { k };
-            let (sin, cos) = turn(k).sin_cos();
-            let turned = |x: &Packed| {
-                let (re, im) = (f64::from(x.re()), f64::from(x.im()));
-                Packed::new(
-                    (re * cos - im * sin).round() as i16,
-                    (re * sin + im * cos).round() as i16,
-                )
-            };
-            let mut bins: Vec<Packed> = self.rows[row].iter().map(turned).collect();
-            let mut coherent = CoherentRow {
-                bins: &mut bins,
-                unit: (units.exp2() / MANTISSA) as f32,
-                referenced,
-            };
-            image.add(self.map.angle_rad(row), &mut coherent);
+            let mut bins = Vec::new();
+            let mut coherent = self.coherent(row, turn(k), referenced, &mut bins);
+            image.add(&self.map, row, &mut coherent);
         }
         image
+    }
+
+    /// Returns a row turned by a phase, with its bins in `bins`.
+    fn coherent<'b>(
+        &self,
+        row: usize,
+        turn: f64,
+        referenced: bool,
+        bins: &'b mut Vec<Packed>,
+    ) -> CoherentRow<'b> {
+        let units = (f64::from(NOISE) - f64::from(FULL_SCALE)) / 16.0;
+        let (sin, cos) = turn.sin_cos();
+        bins.extend(self.rows[row].iter().map(|x| {
+            let (re, im) = (f64::from(x.re()), f64::from(x.im()));
+            Packed::new(
+                (re * cos - im * sin).round() as i16,
+                (re * sin + im * cos).round() as i16,
+            )
+        }));
+        CoherentRow {
+            bins,
+            unit: (units.exp2() / MANTISSA) as f32,
+            referenced,
+        }
     }
 
     /// Returns the coherent image, with the rows in either direction.
@@ -125,19 +136,34 @@ pub(crate) fn scene(config: &Config, points: &[(f32, f32, f64)]) -> Seen {
 
 /// Returns a scan of point scatterers (x, y, dB above the noise), with the noise of a seed.
 fn drawn(config: &Config, points: &[(f32, f32, f64)], seed: u64) -> Seen {
+    passed(config, points, seed, |_| 0.0)
+}
+
+/// Returns the scan of [`drawn`] by a chair whose travel at a row is `travel_m`, metres.
+fn passed(
+    config: &Config,
+    points: &[(f32, f32, f64)],
+    seed: u64,
+    travel_m: impl Fn(usize) -> f32,
+) -> Seen {
     let mut blank = Box::new(PolarMap::new());
     blank.begin(config).unwrap();
     let geometry = *blank.geometry();
     // Two-way pattern in voltage.
     let sigma = f64::from(two_way_sigma(geometry.beamwidth_rad)) * core::f64::consts::SQRT_2;
     let native = f64::from(geometry.bin_m / config.radar.range_resolution_m());
-    let places: Vec<[f64; 4]> = (points.iter().zip(1..))
-        .map(|(&(x, y, db), k)| {
-            let (range, angle) = geometry.polar(x, y);
+    let per_metre = 2.0 * TAU / f64::from(config.radar.wavelength_m());
+    let places = |row: usize| -> Vec<[f64; 4]> {
+        let place = |(&(x, y, db), k): (&(f32, f32, f64), usize)| {
+            let (first, _) = geometry.polar(x, y);
+            let (range, angle) = geometry.polar(x - travel_m(row), y);
             let bin = (range - geometry.first_range_m) / geometry.bin_m;
-            [bin.into(), angle.into(), db, TAU * uniform(k, 1, seed)]
-        })
-        .collect();
+            let phase = TAU * uniform(k, 1, seed) + per_metre * f64::from(range - first);
+            [bin.into(), angle.into(), db, phase]
+        };
+        points.iter().zip(1..).map(place).collect()
+    };
+    let places: Vec<Vec<[f64; 4]>> = (0..blank.rows()).map(places).collect();
     // Amplitude of a point in a cell, and its offset in native bins.
     let amplitude = |row: usize, bin: usize, [at, a, db, _]: [f64; 4]| {
         let off = (bin as f64 - at) * native;
@@ -149,7 +175,9 @@ fn drawn(config: &Config, points: &[(f32, f32, f64)], seed: u64) -> Seen {
     };
     // The map's levels leave out how the points interfere, so that a row of points is a surface without speckle.
     let power = |row: usize, bin: usize| {
-        let sizes = places.iter().map(|&place| amplitude(row, bin, place).0);
+        let sizes = places[row]
+            .iter()
+            .map(|&place| amplitude(row, bin, place).0);
         noise(row, bin, seed) + sizes.map(|size| size * size).sum::<f64>()
     };
     let noise: Vec<Vec<[f64; 2]>> = (0..blank.rows())
@@ -157,7 +185,7 @@ fn drawn(config: &Config, points: &[(f32, f32, f64)], seed: u64) -> Seen {
         .collect();
     Seen::new(config, power, |row, bin| {
         let mut cell = noise[row][bin];
-        for &place in &places {
+        for &place in &places[row] {
             let (size, off) = amplitude(row, bin, place);
             let (sin, cos) = (place[3] - PI * off).sin_cos();
             cell = [cell[0] + size * cos, cell[1] + size * sin];
@@ -310,6 +338,44 @@ fn a_drive_turns_all_phases_and_hides_nothing() {
             "{change}: {found:?}"
         );
         assert!(found[0].snr_db > 23.0, "{change}: {found:?}");
+    }
+}
+
+/// At 1.6 mm a row a scatterer walks through two bins while it is in the beam.
+#[test]
+fn a_drive_leaves_scatterers_where_they_were_in_their_rows() {
+    let config = Config::default();
+    let points = [(1.1, 0.0, 30.0), (1.5, 0.3, 25.0), (2.4, 0.2, 25.0)];
+    for (backwards, per_row_m) in [(false, 1.6e-3), (true, 1.6e-3), (false, -1e-3)] {
+        let since = |row: usize| if backwards { 280 - row } else { row } as f32;
+        let scan = passed(&config, &points, 7, |row| per_row_m * since(row));
+        let mut image = Box::new(KeptImage::new());
+        image.begin(&scan, &config.radar);
+        for k in 0..281 {
+            let row = if backwards { 280 - k } else { k };
+            image.expect_motion(per_row_m * k as f32);
+            image.add(
+                &scan,
+                row,
+                &mut scan.coherent(row, 0.0, true, &mut Vec::new()),
+            );
+        }
+        let found = echoes(&mut image, &scan, &config);
+        for (x, y, db) in points {
+            // The row whose beam meets the point while the chair drives on.
+            let row = (0..40).fold(140.0f32, |row, _| {
+                let x = x - per_row_m * since(row as usize);
+                let angle_rad = scan.geometry().polar(x, y).1;
+                let next = (angle_rad - scan.angle_rad(0)) / scan.geometry().step_rad;
+                0.5 * (row + next)
+            });
+            let seen = x - per_row_m * since(row as usize);
+            let near = |e: &&Echo| (e.x_m - seen).abs() < 0.01 && (e.y_m - y).abs() < 0.02;
+            let echo = found.iter().find(near);
+            let echo = echo.unwrap_or_else(|| panic!("{seen}, {backwards}: {found:?}"));
+            assert!(echo.snr_db > db as f32 - 3.0, "{echo:?}");
+        }
+        assert!(found.len() <= 8, "{found:?}");
     }
 }
 

@@ -97,9 +97,8 @@ const KINDS: [Kind; 10] = [
 struct Job {
     /// Name of the set of sequences; each scan belongs to the table's row with this name and the scan's number.
     set: String,
-    /// Name of a further row of the table, to which all scans of the sequence but the first belong, as a drive's first
-    /// scan is never `ok`; `None` if there is none.
-    later: Option<String>,
+    /// Name of a further row of the table, to which all scans of the sequence belong; `None` if there is none.
+    speed: Option<String>,
     source: Source,
 }
 
@@ -130,18 +129,18 @@ fn jobs(draw: Draw, count: u64) -> Vec<Job> {
     let seeds = draw.seeds().start..draw.seeds().start + count;
     for (k, seed) in seeds.enumerate() {
         let kind = KINDS[k % KINDS.len()];
-        let mut add = |set: &str, later, way| {
+        let mut add = |set: &str, speed, way| {
             let source = Source::Drawn(kind, seed, way);
             let set = set.into();
-            jobs.push(Job { set, later, source });
+            jobs.push(Job { set, speed, source });
         };
         add("approach", None, Way::Stops(SCANS[0], STEP_M));
         if k % 3 == 0 {
             add("standing", None, Way::Stops(SCANS[0], 0.0));
         }
         let (speed, scan_s) = DRIVES[(k / KINDS.len() + k) % DRIVES.len()];
-        let later = Some(format!("{speed} m/s, {scan_s} s"));
-        add("drive", later, Way::Drives(SCANS[1], speed, scan_s));
+        let row = Some(format!("{speed} m/s, {scan_s} s"));
+        add("drive", row, Way::Drives(SCANS[1], speed, scan_s));
     }
     jobs
 }
@@ -153,7 +152,7 @@ fn read(directories: &[PathBuf]) -> Result<Vec<Job>> {
         for path in recording::list(directory)? {
             jobs.push(Job {
                 set: set.clone().into_owned(),
-                later: None,
+                speed: None,
                 source: Source::Read(path),
             });
         }
@@ -197,9 +196,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             let scores = if single { alone } else { fused };
             for (k, score) in scores.iter().enumerate() {
                 let by_scan = Some(format!("{}, scan {}", job.set, k + 1));
-                // By itself no scan of a drive is `ok`: one row for all speeds.
-                let later = job.later.clone().filter(|_| k > 0 && !single);
-                for name in by_scan.into_iter().chain(later) {
+                for name in by_scan.into_iter().chain(job.speed.clone()) {
                     match sets.iter_mut().find(|(set, _)| *set == name) {
                         Some((_, scores)) => scores.push(score.clone()),
                         None => sets.push((name, vec![score.clone()])),
