@@ -265,7 +265,8 @@ impl Health {
         phasors: impl Fn(u8) -> [[f32; 2]; 2],
     ) {
         let noise = self.levels.noise / SIXTEENTHS;
-        let strongest = self.turning.row(map, row, noise);
+        let skirt = turning::skirt((self.mirror / self.rows.max(1)) as i32);
+        let strongest = self.turning.row(map, row, [noise, skirt]);
         self.phases.row(map, row, phasors, strongest, noise);
     }
 

@@ -128,10 +128,10 @@ impl Turning {
         }
     }
 
-    /// Adds row `k` of `map` to the checks; `noise` is the running mean of the rows' lower quartiles, map units.
-    /// Returns the range bin of the strongest cell of the two neighbouring rows that were compared last.
+    /// Adds row `k` of `map` to the checks; `noise` is the running mean of the rows' lower quartiles, and `skirt` the level
+    /// of the mirror's own echo in other bins, which no turning changes, map units. Returns the range bin of the strongest cell of the two neighbouring rows that were compared last.
     #[inline(never)]
-    pub fn row(&mut self, map: &PolarMap, k: u16, noise: i32) -> u8 {
+    pub fn row(&mut self, map: &PolarMap, k: u16, [noise, skirt]: [i32; 2]) -> u8 {
         let p = self.numbers.get();
         let up = k >= self.before;
         self.before = k;
@@ -147,7 +147,8 @@ impl Turning {
         let Some(here) = back(0) else {
             return self.strongest;
         };
-        let floor = (noise + units(p.turning_db)).clamp(0, u8::MAX.into()) as u8;
+        let floor = (noise + units(p.turning_db)).max(skirt);
+        let floor = floor.clamp(0, u8::MAX.into()) as u8;
         let beam = beam(map.geometry());
         self.rows = self.rows.wrapping_add(1);
         // The cast saturates.
@@ -230,6 +231,11 @@ impl Turning {
     }
 }
 
+/// Returns the level of the mirror's own echo in other bins, from its own level, map units.
+pub fn skirt(mirror: i32) -> i32 {
+    mirror - units(-math::DB_PER_OCTAVE * math::log2(SKIRT))
+}
+
 /// Searches lines: bins with the same level in nearly all rows. Calls `each` with the largest share of rows, per cent,
 /// at the level of one bin: one check for ranges below `blocked_m` (blocked view), one for those beyond (interference).
 /// `noise` is the map's median cell, and `mirror` the mean level of the mirror's own echo, map units: its skirt over the
@@ -252,8 +258,7 @@ pub fn lines(
         let sum: usize = rows(every).map(|k| usize::from(map.cell(k, bin))).sum();
         (sum / rows(every).count().max(1)) as i32
     };
-    let below_mirror = units(-math::DB_PER_OCTAVE * math::log2(SKIRT));
-    let least = (noise + units(p.line_db)).max(mirror - below_mirror);
+    let least = (noise + units(p.line_db)).max(skirt(mirror));
     let count = rows(LINE_ROWS).count().max(1);
     let mut most = [0, 0];
     for bin in 0..map.bins() {
@@ -286,5 +291,40 @@ pub fn lines(
             value: share as i32,
             limit,
         });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Returns the longest standstill, 1/100 beamwidth, over rows without change whose cells 20 to 40 have the level 120; the
+    /// noise is 60, and the mirror's own echo has the level `mirror`.
+    fn standstill(mirror: i32) -> i32 {
+        let mut map = Box::new(PolarMap::new());
+        map.begin(&Config::default()).unwrap();
+        let mut turning = Turning::new(Numbers::DEFAULT);
+        for k in 0..120 {
+            map.fill(k, |row| {
+                row.cells.fill(60);
+                row.cells[20..40].fill(120);
+                row.mask.fill(u32::MAX);
+            });
+            turning.row(&map, k as u16, [60, skirt(mirror)]);
+        }
+        let mut longest = 0;
+        turning.report_checks(&map, &mut |check| {
+            if check.reason == Reason::MirrorStuck {
+                longest = check.value;
+            }
+        });
+        longest
+    }
+
+    #[test]
+    fn the_skirt_of_the_mirrors_echo_is_no_mirror_that_stands_still() {
+        assert!(standstill(150) > 300, "echoes that do not change");
+        // 40 dB below the mirror's echo: a receiver with little noise shows it in every row.
+        assert_eq!(standstill(228), 0);
     }
 }

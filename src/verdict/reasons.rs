@@ -158,7 +158,7 @@ reasons! {
         "A chirp equals one of the previous 16.",
     /// Echoes do not change though the mirror should have turned.
     MirrorStuck = "mirror-stuck" [InstrumentFault]
-        "Rows equal those `still_lag_beams` before them for more than `still_beams` beam widths and more than `still_rows` rows.",
+        "Rows equal those `still_lag_beams` before them, in cells above noise and skirt of the mirror's echo, for more than `still_beams` beam widths and more than `still_rows` rows.",
     /// Echoes change faster or slower over the rows than the beam width allows: rows are not at their angles.
     AngleJump = "angle-jump" [InstrumentFault]
         "Neighbouring rows differ by more than `jump_db` beyond the usual difference, or the lobes of strong echoes are narrower or broader over the rows than the beam.",
