@@ -47,6 +47,11 @@ fn a_page_holds_what_replay_prints() {
     let cells = map["rows"].as_u64().unwrap() * map["bins"].as_u64().unwrap();
     let text = map["cells"].as_str().unwrap().len() as u64;
     assert_eq!(text, cells.div_ceil(3) * 4, "base64 of a byte a cell");
+    let image = &scan["coherent"];
+    let cells = image["rows"].as_u64().unwrap() * map["bins"].as_u64().unwrap();
+    let text = image["cells"].as_str().unwrap().len() as u64;
+    assert_eq!(text, cells.div_ceil(3) * 4);
+    assert!(image["noise_dbfs"].as_f64().unwrap() < -60.0, "{image}");
     assert!(page.len() < 3_000_000);
 }
 

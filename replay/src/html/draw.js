@@ -17,7 +17,7 @@ const STATUS = {
 };
 const WAITING = "… scanning";
 const LAYERS = [
-  ["map", "radar map", true], ["hits", "only CA-CFAR detections", false], ["echoes", "echoes", true],
+  ["map", "radar map", true], ["coherent", "coherent image", false], ["hits", "only CA-CFAR detections", false], ["echoes", "echoes", true],
   ["rivals", "runners-up", false], ["sigma", "±2σ", true], ["truth", "ground truth", true], ["drop", "DROP", true], ["maybe", "MAYBE", true], ["horizon", "horizon", true],
 ];
 // Levels up to NOISE_DB above the mean noise have the background's colour; the scale to the strongest covers SPAN_DB.
@@ -140,7 +140,7 @@ function drawSide(view, box = extent(view.scan())) {
   const frame = { x: (px) => box.left + (px - margin.left) / fit, y: (py) => box.top - (py - margin.top) / fit, X, Y, box };
   view.frame = frame;
   g.clearRect(0, 0, paper.width, paper.height);
-  if (s.map && state.shown.map) drawMap(g, s, paper, frame, { left: X(box.left), right, top: Y(box.top), bottom: Y(box.bottom) });
+  if (s.map && (state.shown.map || state.shown.coherent)) drawMap(g, s, paper, frame, { left: X(box.left), right, top: Y(box.top), bottom: Y(box.bottom) });
   g.save();
   g.beginPath();
   g.rect(X(box.left), Y(box.top), right - X(box.left), Y(box.bottom) - Y(box.top));
@@ -151,19 +151,22 @@ function drawSide(view, box = extent(view.scan())) {
   axes(g, { left: X(box.left), right, top: Y(box.top), bottom: Y(box.bottom) }, [box.left, box.right, X], [box.bottom, box.top, Y]);
 }
 
+/** Draws the map, or in its place the coherent image: rows added up by their phases, in which a point gains some 12 dB. */
 function drawMap(g, s, paper, frame, at) {
-  const map = decoded(s.map);
+  const coherent = state.shown.coherent && s.coherent;
+  const map = coherent ? (s.coherent.map ??= decoded({ ...s.map, ...s.coherent })) : decoded(s.map);
   const [w, h] = [Math.floor((at.right - at.left) * paper.ratio), Math.floor((at.bottom - at.top) * paper.ratio)];
   if (w < 1 || h < 1) return;
   const image = new ImageData(w, h);
-  const floor = (s.inspection?.noise_dbfs ?? typical(map)) + NOISE_DB;
+  const noise = coherent ? s.coherent.noise_dbfs : s.inspection?.noise_dbfs;
+  const floor = (noise ?? typical(map)) + NOISE_DB;
   for (let py = 0; py < h; py += 1) {
     const y = frame.y(at.top + (py + 0.5) / paper.ratio);
     for (let px = 0; px < w; px += 1) {
       const cell = cellOf(map, frame.x(at.left + (px + 0.5) / paper.ratio), y);
       if (!cell) continue;
       const k = cell[0] * map.bins + cell[1];
-      if (state.shown.hits && !isHit(map, k)) continue;
+      if (state.shown.hits && !coherent && !isHit(map, k)) continue;
       image.data.set([...shade((level(map, k) - floor) / SPAN_DB), 255], 4 * (py * w + px));
     }
   }

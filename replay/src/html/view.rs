@@ -12,6 +12,7 @@ use stairscan::verdict::Status;
 
 use super::index::{Entry, Rank};
 use crate::answer::Answer;
+use crate::coherent::CoherentView;
 use crate::counted::counted;
 use crate::inspect::Inspection;
 use crate::playback::Playback;
@@ -100,6 +101,10 @@ fn guard(recording: &Recording, options: &Options) -> Result<Entry> {
 /// The recording cannot be scanned; the message names the cause.
 pub fn scanned(recording: &Recording, options: &Options) -> Result<(Entry, Vec<Answer>)> {
     let settings = Playback::new(recording, &options.config)?.settings();
+    let options = &Options {
+        coherent: true,
+        ..*options
+    };
     let mut scans = Vec::new();
     let answers = replay::answers(recording, options, |scanned| scans.push(scan(scanned)))?;
     let worst = scans.iter().map(|(_, rank)| *rank).min();
@@ -161,6 +166,7 @@ fn scan(scanned: &Scanned<'_>) -> (Value, Rank) {
         "wrong": verdict.as_ref().map(|v| v.wrong),
         "flaws": verdict.as_ref().map(|v| v.flaws.clone()),
         "map": polar(map, config.mount.mirror_offset_m()),
+        "coherent": CoherentView::of(scanned).map(|view| coherent(&view)),
         "rivals": inspection.as_ref().map(rivals),
         "inspection": inspection,
     });
@@ -231,6 +237,22 @@ fn true_steps(truth: &Truth) -> Value {
         "edges": true_edges(truth).iter().map(edge).collect::<Vec<_>>(),
         "steps": list(&truth.steps),
         "uncounted": list(&truth.uncounted),
+    })
+}
+
+/// Row interval of the coherent image on the page: a lobe is wider by far.
+const COHERENT_ROWS: usize = 2;
+
+/// Returns the coherent image as JSON: its rows and their interval, noise, and one byte for each cell in base64.
+fn coherent(view: &CoherentView) -> Value {
+    let map = view.map();
+    let rows = (0..map.rows()).step_by(COHERENT_ROWS);
+    let cells: Vec<u8> = rows.clone().flat_map(|k| map.row(k)).copied().collect();
+    json!({
+        "rows": rows.len(),
+        "step_rad": COHERENT_ROWS as f32 * map.geometry().step_rad,
+        "noise_dbfs": 10.0 * view.noise.log10(),
+        "cells": STANDARD.encode(&cells),
     })
 }
 

@@ -302,3 +302,34 @@ fn a_standing_chair_has_no_track() {
     assert_eq!(odometry.state(at(139)), Input::Good);
     assert_eq!(odometry.state(at(139).plus(300_000)), Input::Late);
 }
+
+#[test]
+fn the_travel_during_a_scan_counts_from_its_first_sentence_on() {
+    let mut odometry = Odometry::new();
+    assert_eq!(odometry.travel_if_moving(Mode::Standing), None);
+    assert_eq!(odometry.travel_if_moving(Mode::Auto), Some(0.0), "unknown");
+    take(&mut odometry, 0);
+    // Half a second's way before the scan, without a sentence.
+    odometry.begin(ROWS);
+    odometry.row(0, at(49));
+    assert_eq!(odometry.travel_if_moving(Mode::Auto), Some(0.0));
+    for (k, travel_m) in [(50, 0.0), (51, 0.002), (54, 0.008)] {
+        take(&mut odometry, k);
+        let since = odometry.travel_if_moving(Mode::Auto);
+        assert!(
+            since.is_some_and(|since| (since - travel_m).abs() < 1e-6),
+            "{k}: {since:?}"
+        );
+    }
+    // It stops: the last two sentences are alike.
+    for k in [55, 56] {
+        odometry.take(
+            at(k),
+            Reading {
+                travel: reading(54).travel,
+                ..reading(k)
+            },
+        );
+    }
+    assert_eq!(odometry.travel_if_moving(Mode::Auto), None);
+}
