@@ -79,7 +79,7 @@ extern "C" {
     X(IRREGULAR_STEP, "irregular-step", "A step deviates from the others by more than a person would expect.") \
     X(UNCONFIGURED, "unconfigured", "The mounting is not configured: no settings were saved, and none were set.") \
     X(UNCONFIRMED, "unconfirmed", "No second sweep over the same scene has confirmed yet that the chair stands, or moves as reported.") \
-    X(MOVING, "moving", "The chair moves: two sweeps over the scene do not agree, or the echoes' phases drift from row to row.") \
+    X(MOVING, "moving", "The chair moves otherwise than reported: two sweeps over the scene do not agree, or the echoes' phases turn otherwise.") \
     X(MOTION_INPUT, "motion-input", "The motion input was lost, late, damaged or impossible: the scan was processed without it.") \
     X(SCENE_CHANGED, "scene-changed", "Evidence of earlier scans contradicts this scan and was discarded.") \
     X(SCAN_NEARER, "scan-nearer", "The last full scan has a nearer hazard than this guard sweep: the nearer one is used.") \

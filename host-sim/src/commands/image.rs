@@ -21,7 +21,8 @@ pub struct Args {
     /// Write the demo image instead: a recording in place of radar module and motor, started without the boot loader
     #[arg(long, conflicts_with = "key")]
     demo: bool,
-    /// File of the secret key that signs the image; without it the development key
+    /// File of the secret key that signs the image; without it the development key. The loader trusts the public key that
+    /// the environment's STAIRSCAN_UPDATE_KEY names, a path from the repository's root
     #[arg(long)]
     key: Option<PathBuf>,
     #[command(flatten)]
@@ -86,7 +87,8 @@ fn trusted(signs: &PublicKey) -> Result<()> {
     };
     ensure!(
         known.0 == signs.0,
-        "the loader would not execute this image: expected --key with the secret half of the key that {TRUSTED} names"
+        "the loader would not execute this image: expected --key with the secret half of the key that it trusts, the \
+         development key or that in the file that {TRUSTED} names ({TRUSTED}=maker.pub)"
     );
     Ok(())
 }

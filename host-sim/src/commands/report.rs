@@ -77,6 +77,10 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         unreadable = true;
         crate::note!("error: {}", entry.data["error"].as_str().unwrap_or(""));
     }
+    if entries.iter().all(|e| e.rank == Rank::Unreadable) {
+        // A page without a scan would only be in the way of the next try.
+        return Ok(ExitCode::FAILURE);
+    }
     let page = html::page(entries)?;
     emit(&save(&outputs, &file, &page, "")?);
     Ok(if unreadable {

@@ -96,24 +96,37 @@ impl Beside {
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct MountingArgs {
     /// Mirror centre above the ground, m
-    #[arg(long, value_name = "M", value_parser = metres)]
+    #[arg(long, value_name = "M", value_parser = mount_height)]
     pub mount_height: Option<f64>,
     /// Radar lens to mirror centre, m
-    #[arg(long, value_name = "M", value_parser = metres)]
+    #[arg(long, value_name = "M", value_parser = mirror_offset)]
     pub mirror_offset: Option<f64>,
     /// Full two-sided 3 dB width of the beam, degrees
-    #[arg(long, value_name = "DEG", value_parser = metres)]
+    #[arg(long, value_name = "DEG", value_parser = beamwidth)]
     pub beamwidth: Option<f64>,
     /// Plane that the mirror sweeps: depth or height
     #[arg(long, value_parser = plane)]
     pub plane: Option<Plane>,
 }
 
-fn metres(text: &str) -> Result<f64, String> {
-    let value: f64 = text.parse().map_err(|_| "expected a number".to_owned())?;
-    let sane = value > 0.0 && value < 100.0;
-    sane.then_some(value)
-        .ok_or("expected a number above 0".to_owned())
+/// Returns the number in `text` if a recording can have it; what it can have is `least` to `most` `unit`.
+fn within(text: &str, (least, most): (f64, f64), unit: &str) -> Result<f64, String> {
+    let value = text.parse().ok();
+    value
+        .filter(|value| (least..=most).contains(value))
+        .ok_or_else(|| format!("expected {least} to {most} {unit}"))
+}
+
+fn mount_height(text: &str) -> Result<f64, String> {
+    within(text, (0.01, 5.0), "metres")
+}
+
+fn mirror_offset(text: &str) -> Result<f64, String> {
+    within(text, (0.0, 2.0), "metres")
+}
+
+fn beamwidth(text: &str) -> Result<f64, String> {
+    within(text, (0.5, 30.0), "degrees")
 }
 
 fn plane(text: &str) -> Result<Plane, String> {
@@ -209,4 +222,21 @@ pub fn difference(args: &[String], replayed: &[String]) -> Option<&'static str> 
             "another answer: does the scanner have other settings, or did it use earlier scans?"
         }
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mounting_that_no_recording_can_have_is_refused_before_it_is_recorded() {
+        assert_eq!(mount_height("0.43"), Ok(0.43));
+        assert_eq!(mirror_offset("0"), Ok(0.0));
+        let refused = |value: Result<f64, String>| value.unwrap_err();
+        assert_eq!(refused(mount_height("43")), "expected 0.01 to 5 metres");
+        assert_eq!(refused(mirror_offset("-1")), "expected 0 to 2 metres");
+        for text in ["500", "NaN", "wide", ""] {
+            assert_eq!(refused(beamwidth(text)), "expected 0.5 to 30 degrees");
+        }
+    }
 }

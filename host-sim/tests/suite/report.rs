@@ -39,6 +39,25 @@ fn a_directory_becomes_a_page_with_an_index() {
     }
 }
 
+/// A mistyped name leaves no page that would be in the way of the right one; a file of another kind is named itself.
+#[test]
+fn no_page_is_made_of_nothing() {
+    let scratch = Scratch::new("report-nothing");
+    let page = scratch.path().join("page.html");
+    let other = scratch.path().join("samples.csv");
+    fs::write(&other, "1,2\n").unwrap();
+    for (path, why) in [
+        (scratch.path().join("mistyped"), "mistyped.sigmf-meta"),
+        (other, "samples.csv: no recording"),
+    ] {
+        let output = run(&["report", "-o", page.to_str().unwrap()], &[path]);
+        assert_eq!(output.status.code(), Some(1));
+        let printed = text(&output.stderr);
+        assert!(printed.contains(why), "{printed}");
+        assert!(!page.exists());
+    }
+}
+
 /// A bad recording does not affect the others, and the page has the same message as the terminal.
 #[test]
 fn a_bad_recording_stands_in_the_page() {

@@ -119,6 +119,12 @@ impl Recording {
     /// Names the file, the key and the expected value.
     pub fn read(path: &Path) -> Result<Self> {
         let meta_file = with_suffix(path, META_SUFFIX);
+        ensure!(
+            meta_file.exists() || !path.exists() || meta_file == path,
+            "{}: no recording, expected the name of a pair NAME.{META_SUFFIX}, NAME.{DATA_SUFFIX}; \
+             `cargo sim convert` makes one of samples",
+            path.display()
+        );
         regular(&meta_file)?;
         let (document, meta) = metadata(&text(&meta_file)?, &meta_file)?;
         let data_file = with_suffix(path, DATA_SUFFIX);
