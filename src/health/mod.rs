@@ -272,7 +272,7 @@ impl Health {
 
     /// Returns whether the phases of the echoes of a scan of `map` turn from row to row as the travel along `track` has it.
     pub fn phases(&self, track: &Track, map: &PolarMap, radar: &RadarConfig) -> PhaseAgreement {
-        self.phases.agreement(track, map, radar.wavelength_m())
+        self.phases.agreement(track, map, radar)
     }
 
     /// Returns the scan's noise, map units: the median of the counted cells, of which echoes fill few; at least 1, for a

@@ -7,6 +7,7 @@
 //! a few millimetres a second, but for multiples of a turn.
 
 use super::check::{CheckResult, units};
+use crate::config::RadarConfig;
 use crate::drive::PhaseAgreement;
 use crate::math;
 use crate::motion::same_place_m;
@@ -131,13 +132,12 @@ impl Phases {
         self.phase_changes >= self.numbers.phase_turns as u16
     }
 
-    /// Returns whether the phases turn as the travel along `track` has it, in a scan of `map` at the wavelength
-    /// `wavelength_m`. Vibration, and multiples of a turn within the scan's angles, spread the phase changes: these then
+    /// Returns whether the phases turn as the travel along `track` has it, in a scan of `map` by `radar`. Vibration, and multiples of a turn within the scan's angles, spread the phase changes: these then
     /// say nothing.
     #[inline(never)]
-    pub fn agreement(&self, track: &Track, map: &PolarMap, wavelength_m: f32) -> PhaseAgreement {
+    pub fn agreement(&self, track: &Track, map: &PolarMap, radar: &RadarConfig) -> PhaseAgreement {
         let rows = map.rows();
-        let per_metre = -2.0 * core::f32::consts::TAU / wavelength_m;
+        let per_metre = -2.0 * core::f32::consts::TAU / radar.wavelength_m();
         let [re, im] = self.mean(rows, &|row| {
             // The cast saturates.
             let ahead = forward(map.geometry(), map.angle_rad(row as usize));
@@ -146,8 +146,11 @@ impl Phases {
         if !self.enough() || math::hypot(re, im) < MIN_COHERENCE {
             return PhaseAgreement::Unknown;
         }
-        // What two sweeps tolerate, over the rows of one.
-        let tolerance_m = same_place_m(track.end().travel_m) / rows.max(1) as f32;
+        // What two sweeps tolerate, over the rows of one. In a bin the phase is that of one end of the swept band or of its
+        // middle, by what the module calls the beginning of a chirp.
+        let travel_m = track.end().travel_m;
+        let band = 0.5 * radar.bandwidth_khz as f32 / radar.carrier_khz.max(1) as f32;
+        let tolerance_m = (same_place_m(travel_m) + band * travel_m.abs()) / rows.max(1) as f32;
         let off_m = math::atan2(im.abs(), re) / -per_metre;
         match off_m < tolerance_m {
             true => PhaseAgreement::Agrees,
@@ -222,7 +225,7 @@ mod tests {
             };
             track.add(k, place);
         }
-        phases.agreement(&track, &map, Config::default().radar.wavelength_m())
+        phases.agreement(&track, &map, &Config::default().radar)
     }
 
     #[test]

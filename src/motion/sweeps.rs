@@ -104,7 +104,7 @@ impl SweepComparison {
         let same = self.plane == plane && self.placed == known;
         let comparable = !self.echoes.is_empty() && same && !aside;
         let finding = match (comparable, known, drive.moved_m, drive.since_s) {
-            (true, true, Some(moved_m), _) => self.driven(&marks, moved_m),
+            (true, true, Some(moved_m), _) => self.driven(&marks, moved_m, drive.phases),
             (true, false, _, Some(since_s)) => {
                 let creep = self.steady_speed(&marks, since_s);
                 ride.steady_speed = creep.speed;
@@ -115,7 +115,7 @@ impl SweepComparison {
         // The phases of one sweep show its speed.
         let finding = match (finding, drive.phases) {
             (Finding::Unconfirmed, PhaseAgreement::Agrees) => by_itself,
-            (_, PhaseAgreement::Differs) => Finding::Moved,
+            (Finding::Unconfirmed, PhaseAgreement::Differs) => Finding::Moved,
             _ => finding,
         };
         if known || ride.steady_speed.is_some() {
@@ -135,8 +135,8 @@ impl SweepComparison {
 
     /// Compares this sweep's echoes `marks` with the sweep before, with a reported travel of `moved_m` metres
     /// in between. `Agreed` requires that the sweeps agree better than for any other travel, and by more than a
-    /// few weak echoes can cause.
-    fn driven(&self, marks: &[SweepEcho], moved_m: f32) -> Finding {
+    /// few weak echoes can cause, or that the `phases` agree, too.
+    fn driven(&self, marks: &[SweepEcho], moved_m: f32, phases: PhaseAgreement) -> Finding {
         let tolerance_m = same_place_m(moved_m);
         let at = |way: f32| share(&self.echoes, marks, tolerance_m, |_, _| way - moved_m);
         let votes = Votes::count(&self.echoes, marks, |a, b| Some(b.x_m - a.x_m + moved_m));
@@ -151,7 +151,10 @@ impl SweepComparison {
         if standing && there * weight >= MIN_MARGIN {
             return Finding::Agreed;
         }
-        if there < DRIVING_SHARE || there < rival {
+        if there >= DRIVING_SHARE && phases == PhaseAgreement::Agrees {
+            // Another travel, at which the ground's echoes may look more alike, would turn the phases otherwise.
+            Finding::Agreed
+        } else if there < DRIVING_SHARE || there < rival {
             Finding::Moved
         } else if (there - rival) * weight < MIN_MARGIN {
             Finding::Unconfirmed

@@ -101,7 +101,7 @@ reasons! {
         "The phases of too few echoes show the reported travel, and no earlier sweep can be compared with this one, or too few echoes are common to both; in the paper's estimator always, unless `motion` is `standing`; in the height plane always with `plane both`.",
     /// The chair moves otherwise than reported: two sweeps over the scene do not agree, or the echoes' phases turn otherwise.
     Moving = "moving" [InstrumentFault, Degraded]
-        "The mean phase change of echoes from row to row exceeds `phase_turned_deg` though the chair is not known to move (instrument); or two sweeps fit another travel better than the motion input, or than no travel if there is no input, or the phases turn alike from row to row and not as the motion input has it (degraded).",
+        "The mean phase change of echoes from row to row exceeds `phase_turned_deg` though the chair is not known to move (instrument); or two sweeps fit another travel better than the motion input, or than no travel if there is no input, or without such sweeps the phases turn alike from row to row and not as the motion input has it (degraded).",
     /// The motion input was lost, late, damaged or impossible: the scan was processed without it.
     MotionInput = "motion-input" [Degraded, Info]
         "Motion input is required and does not give every row's position (degraded); or it was late, jumping, frozen, garbled or disordered during the scan (info).",

@@ -81,9 +81,8 @@ fn every_row_is_put_where_it_was_seen() {
         let within = 0.03_f64.max(3.0 * sigmas.fold(0.0, f64::max));
         assert!(far < within && high < 0.03, "{far} {high}: {answer:?}");
     }
-    // A first scan is unconfirmed.
-    assert!(!ok(&answers[0]) && says(&answers[0], Reason::Unconfirmed));
-    for answer in &answers[1..] {
+    // The phases of the first scan confirm its travel.
+    for answer in &answers {
         let doubts = [Reason::Unconfirmed, Reason::Moving, Reason::MotionInput];
         assert!(!doubts.iter().any(|r| says(answer, *r)), "{answer:?}");
     }
@@ -127,7 +126,8 @@ fn sentences_with_the_triggers_say_where_each_row_was_seen() {
     let printed = answers(driven(), by_trigger);
     assert_eq!(printed.len(), timed.len());
     for (printed, timed) in printed.iter().zip(&timed) {
-        assert!(!says(printed, Reason::MotionInput) && !says(printed, Reason::Moving));
+        let doubts = [Reason::MotionInput, Reason::Moving];
+        assert!(!doubts.iter().any(|r| says(printed, *r)), "{printed:?}");
         assert_eq!(
             says(printed, Reason::Unconfirmed),
             says(timed, Reason::Unconfirmed)
@@ -150,19 +150,18 @@ fn without_its_keys_the_same_recording_is_never_ok() {
 }
 
 #[test]
-fn each_scan_as_the_first_of_its_own_is_confirmed_by_none() {
-    for recording in [driven().clone(), without_keys(driven())] {
+fn each_scan_as_the_first_of_its_own_is_confirmed_by_its_phases_alone() {
+    for (recording, confirmed) in [(driven().clone(), true), (without_keys(driven()), false)] {
         let single = Options {
             single: true,
             ..Options::default()
         };
         let printed = answers(&recording, single);
         assert_eq!(printed.len(), 3);
-        assert!(
-            printed
-                .iter()
-                .all(|a| !ok(a) && says(a, Reason::Unconfirmed))
-        );
+        for answer in &printed {
+            assert_eq!(says(answer, Reason::Unconfirmed), !confirmed, "{answer:?}");
+            assert!(!ok(answer) || confirmed);
+        }
     }
 }
 
@@ -185,7 +184,7 @@ fn a_chair_that_says_that_it_stands_and_is_seen_to_is_believed_from_the_first_sc
     assert!(says(&answers(&bare, auto)[0], Reason::Unconfirmed));
     // A driving chair does not confirm standstill, whatever its odometer reports.
     let frozen = &with_fault(Fault::Frozen)[0];
-    assert!(!ok(frozen) && says(frozen, Reason::Unconfirmed));
+    assert!(!ok(frozen) && says(frozen, Reason::Moving), "{frozen:?}");
 }
 
 #[test]
@@ -219,7 +218,7 @@ fn motion_sentences_that_are_damaged_stuck_or_impossible_are_reported_and_not_us
     let stuck = with_fault(Fault::Stuck);
     let printed = |a: &Answer| says(a, Reason::MotionInput);
     assert!(!printed(&stuck[0]) && printed(&stuck[1]) && printed(&stuck[2]));
-    assert!(stuck.iter().all(|a| !ok(a)));
+    assert!(stuck[1..].iter().all(|a| !ok(a)));
 }
 
 #[test]
@@ -241,7 +240,8 @@ fn a_third_of_the_sentences_may_be_lost() {
     for (a, b) in whole.iter().zip(&some) {
         assert_eq!(a.scan.status, b.scan.status);
         for (a, b) in a.steps.iter().zip(&b.steps) {
-            assert!(a.distance.0.abs_diff(b.distance.0) < 20, "{a:?} {b:?}");
+            // The image is shifted by the travel of the last sentence.
+            assert!(a.distance.0.abs_diff(b.distance.0) < 40, "{a:?} {b:?}");
         }
     }
 }

@@ -119,11 +119,12 @@ impl Recording {
     /// Names the file, the key and the expected value.
     pub fn read(path: &Path) -> Result<Self> {
         let meta_file = with_suffix(path, META_SUFFIX);
+        let named = meta_file.with_extension("");
         ensure!(
-            meta_file.exists() || !path.exists() || meta_file == path,
+            meta_file.exists() || !named.exists(),
             "{}: no recording, expected the name of a pair NAME.{META_SUFFIX}, NAME.{DATA_SUFFIX}; \
              `cargo sim convert` makes one of samples",
-            path.display()
+            named.display()
         );
         regular(&meta_file)?;
         let (document, meta) = metadata(&text(&meta_file)?, &meta_file)?;

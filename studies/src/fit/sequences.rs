@@ -434,7 +434,7 @@ mod tests {
 
     #[test]
     fn answers_that_nothing_makes_ok_do_not_move_the_threshold() {
-        let right = (0..3000).map(|k| sample(0.005 * (k % 1000) as f32, k % 1000 < 40, 1.0));
+        let right = (0..6000).map(|k| sample(0.005 * (k % 1000) as f32, k % 1000 < 40, 1.0));
         let mut samples: Vec<SequenceSample> = right.collect();
         let before = count(&samples, &samples).table;
         assert!(before.ok_from[1] < 1.0, "{before:?}");
@@ -442,7 +442,7 @@ mod tests {
         samples.extend((0..30).map(|_| sample(5.0, true, f32::INFINITY)));
         let counted = count(&samples, &samples);
         assert!(counted.table.ok_from[1] < 1.0, "{}", counted.log);
-        assert!(counted.log.contains("of 3000 scans"), "{}", counted.log);
+        assert!(counted.log.contains("of 6000 scans"), "{}", counted.log);
         for sample in &mut samples {
             sample.reach_m = 1.0;
         }
