@@ -48,6 +48,9 @@ const BIN_M: f32 = 0.01;
 /// Number of bins of the histogram of distances to each side of zero.
 const BINS: usize = 60;
 
+/// Maximum share of the travel from sweep to sweep that lies between them, where the phases of the later one confirm it.
+const MOST_BETWEEN: f32 = 0.1;
+
 /// Number of travels to each side of the reported one that are tested beside it.
 const OTHER_TRAVELS: usize = 12;
 /// Distance between the travels that are tested beside the reported one, metres.
@@ -104,7 +107,13 @@ impl SweepComparison {
         let same = self.plane == plane && self.placed == known;
         let comparable = !self.echoes.is_empty() && same && !aside;
         let finding = match (comparable, known, drive.moved_m, drive.since_s) {
-            (true, true, Some(moved_m), _) => self.driven(&marks, moved_m, drive.phases),
+            (true, true, Some(moved_m), _) => {
+                // The phases know of the way during this sweep only.
+                let between_m = (moved_m - track.end().travel_m).abs();
+                let seen = between_m < MOST_BETWEEN * moved_m.abs();
+                let phases = drive.phases == PhaseAgreement::Agrees && seen;
+                self.driven(&marks, moved_m, phases)
+            }
             (true, false, _, Some(since_s)) => {
                 let creep = self.steady_speed(&marks, since_s);
                 ride.steady_speed = creep.speed;
@@ -135,8 +144,8 @@ impl SweepComparison {
 
     /// Compares this sweep's echoes `marks` with the sweep before, with a reported travel of `moved_m` metres
     /// in between. `Agreed` requires that the sweeps agree better than for any other travel, and by more than a
-    /// few weak echoes can cause, or that the `phases` agree, too.
-    fn driven(&self, marks: &[SweepEcho], moved_m: f32, phases: PhaseAgreement) -> Finding {
+    /// few weak echoes can cause, or that the phases confirm the travel (`by_phases`).
+    fn driven(&self, marks: &[SweepEcho], moved_m: f32, by_phases: bool) -> Finding {
         let tolerance_m = same_place_m(moved_m);
         let at = |way: f32| share(&self.echoes, marks, tolerance_m, |_, _| way - moved_m);
         let votes = Votes::count(&self.echoes, marks, |a, b| Some(b.x_m - a.x_m + moved_m));
@@ -151,7 +160,7 @@ impl SweepComparison {
         if standing && there * weight >= MIN_MARGIN {
             return Finding::Agreed;
         }
-        if there >= DRIVING_SHARE && phases == PhaseAgreement::Agrees {
+        if there >= DRIVING_SHARE && by_phases {
             // Another travel, at which the ground's echoes may look more alike, would turn the phases otherwise.
             Finding::Agreed
         } else if there < DRIVING_SHARE || there < rival {
