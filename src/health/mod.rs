@@ -265,7 +265,7 @@ impl Health {
         phasors: impl Fn(u8) -> [[f32; 2]; 2],
     ) {
         let noise = self.levels.noise / SIXTEENTHS;
-        let skirt = turning::skirt((self.mirror / self.rows.max(1)) as i32);
+        let skirt = turning::skirt(self.mirror_units());
         let strongest = self.turning.row(map, row, [noise, skirt]);
         self.phases.row(map, row, phasors, strongest, noise);
     }
@@ -319,6 +319,11 @@ impl Health {
     pub fn mirror_echo_m(&self, config: &Config) -> f32 {
         let place = self.levels.place as f32 / (SIXTEENTHS as f32 * self.rows.max(1) as f32);
         config.mount.mirror_offset_m() + place * config.radar.bin_spacing_m()
+    }
+
+    /// Returns the power level of the mirror's own echo, map units: mean over the rows.
+    fn mirror_units(&self) -> i32 {
+        (self.mirror / self.rows.max(1)) as i32
     }
 
     /// Returns the power level of the mirror's own echo, dB relative to full scale: mean over the rows.
@@ -384,7 +389,7 @@ impl Health {
         if config.mount.mirror_offset > 0 && !expected.moving {
             self.phases.report_checks(each);
         }
-        let mirror = (self.mirror / self.rows.max(1)) as i32;
+        let mirror = self.mirror_units();
         turning::lines(map, config, p, [self.noise().into(), mirror], each);
     }
 

@@ -132,8 +132,8 @@ impl Phases {
         self.phase_changes >= self.numbers.phase_turns as u16
     }
 
-    /// Returns whether the phases turn as the travel along `track` has it, in a scan of `map` by `radar`. Vibration, and multiples of a turn within the scan's angles, spread the phase changes: these then
-    /// say nothing.
+    /// Returns whether the phases turn as the travel along `track` has it, in a scan of `map` by `radar`. Vibration, and
+    /// multiples of a turn within the scan's angles, spread the phase changes: these then say nothing.
     #[inline(never)]
     pub fn agreement(&self, track: &Track, map: &PolarMap, radar: &RadarConfig) -> PhaseAgreement {
         let rows = map.rows();

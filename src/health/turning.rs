@@ -129,7 +129,8 @@ impl Turning {
     }
 
     /// Adds row `k` of `map` to the checks; `noise` is the running mean of the rows' lower quartiles, and `skirt` the level
-    /// of the mirror's own echo in other bins, which no turning changes, map units. Returns the range bin of the strongest cell of the two neighbouring rows that were compared last.
+    /// of the mirror's own echo in other bins, which no turning changes, map units. Returns the range bin of the strongest
+    /// cell of the two neighbouring rows that were compared last.
     #[inline(never)]
     pub fn row(&mut self, map: &PolarMap, k: u16, [noise, skirt]: [i32; 2]) -> u8 {
         let p = self.numbers.get();

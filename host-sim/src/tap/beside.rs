@@ -9,7 +9,7 @@ use stairscan::scanner::Settings;
 
 use super::gather::Mounting;
 use crate::live::Ms;
-use crate::recording::MirrorSetup;
+use crate::recording::{KeyLimits, MirrorSetup};
 
 /// Maximum difference between the read times of two ports, ms, by which an answer may seem to
 /// precede its scan's end; scans take longer.
@@ -109,24 +109,24 @@ pub struct MountingArgs {
     pub plane: Option<Plane>,
 }
 
-/// Returns the number in `text` if a recording can have it; what it can have is `least` to `most` `unit`.
-fn within(text: &str, (least, most): (f64, f64), unit: &str) -> Result<f64, String> {
+/// Returns the number in `text` if a recording can have it.
+fn within(text: &str, limits: &KeyLimits) -> Result<f64, String> {
     let value = text.parse().ok();
     value
-        .filter(|value| (least..=most).contains(value))
-        .ok_or_else(|| format!("expected {least} to {most} {unit}"))
+        .filter(|value| limits.hold(*value))
+        .ok_or_else(|| format!("expected {}", limits.expected))
 }
 
 fn mount_height(text: &str) -> Result<f64, String> {
-    within(text, (0.01, 5.0), "metres")
+    within(text, &MirrorSetup::MOUNT_HEIGHT)
 }
 
 fn mirror_offset(text: &str) -> Result<f64, String> {
-    within(text, (0.0, 2.0), "metres")
+    within(text, &MirrorSetup::OFFSET)
 }
 
 fn beamwidth(text: &str) -> Result<f64, String> {
-    within(text, (0.5, 30.0), "degrees")
+    within(text, &MirrorSetup::BEAMWIDTH)
 }
 
 fn plane(text: &str) -> Result<Plane, String> {

@@ -334,7 +334,41 @@ impl Sequence {
     }
 }
 
+/// KeyLimits of a number that a recording states of its mirror: in words, least and greatest.
+pub struct KeyLimits {
+    /// The limits with their unit, as errors name them.
+    pub expected: &'static str,
+    least: f64,
+    most: f64,
+}
+
+impl KeyLimits {
+    /// Whether a recording can have the number.
+    pub fn hold(&self, value: f64) -> bool {
+        (self.least..=self.most).contains(&value)
+    }
+}
+
 impl MirrorSetup {
+    /// KeyLimits of the distance from the radar's lens to the mirror.
+    pub const OFFSET: KeyLimits = KeyLimits {
+        expected: "0 to 2 metres",
+        least: 0.0,
+        most: 2.0,
+    };
+    /// KeyLimits of the beam's full width.
+    pub const BEAMWIDTH: KeyLimits = KeyLimits {
+        expected: "0.5 to 30 degrees",
+        least: 0.5,
+        most: 30.0,
+    };
+    /// KeyLimits of the mirror's height above the ground.
+    pub const MOUNT_HEIGHT: KeyLimits = KeyLimits {
+        expected: "0.01 to 5 metres",
+        least: 0.01,
+        most: 5.0,
+    };
+
     /// Reads the mirror's four keys; `None` without any of them, an error if only some are there.
     fn parse(global: &Keys<'_>) -> Result<Option<Self>> {
         let keys = [
@@ -354,13 +388,13 @@ impl MirrorSetup {
             "height" => Plane::Height,
             _ => return Err(global.wrong("stairscan:scan_plane", "\"depth\" or \"height\"")),
         };
-        let within = |key, expected, low: f64, high: f64| {
-            global.number(key, expected, move |v| (low..=high).contains(&v))
+        let within = |key, limits: KeyLimits| {
+            global.number(key, limits.expected, move |value| limits.hold(value))
         };
         Ok(Some(Self {
-            offset_m: within("stairscan:mirror_offset_m", "0 to 2 metres", 0.0, 2.0)?,
-            beamwidth_deg: within("stairscan:beamwidth_deg", "0.5 to 30 degrees", 0.5, 30.0)?,
-            mount_height_m: within("stairscan:mount_height_m", "0.01 to 5 metres", 0.01, 5.0)?,
+            offset_m: within("stairscan:mirror_offset_m", Self::OFFSET)?,
+            beamwidth_deg: within("stairscan:beamwidth_deg", Self::BEAMWIDTH)?,
+            mount_height_m: within("stairscan:mount_height_m", Self::MOUNT_HEIGHT)?,
             plane,
         }))
     }

@@ -25,7 +25,7 @@ use stairscan::Iq;
 
 pub use captures::degrees;
 use keys::explain_syntax;
-pub use metadata::{MAX_CHIRPS, Metadata, MirrorSetup, Sequence};
+pub use metadata::{KeyLimits, MAX_CHIRPS, Metadata, MirrorSetup, Sequence};
 pub use motion::Motion;
 use part::named;
 pub use part::{Content, Readers, write_together};
