@@ -29,6 +29,16 @@ pub enum Retention {
     Aside,
 }
 
+/// Travel of a chair that may move, as the motion input has it while a scan is made.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ExpectedTravel {
+    /// Forward travel from the first motion sentence after the scan's first row to the last one, metres.
+    pub since_first_m: f32,
+    /// Forward travel from the row before to this one at the speed between the last two sentences, metres. Sentences
+    /// come later than they were read, by varying times: the speed does not jump with them.
+    pub step_m: f32,
+}
+
 /// State of the motion input, the sentences of the chair's controller, during a scan.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Input {

@@ -3,7 +3,7 @@
 use crate::Iq;
 use crate::answer::Answer;
 use crate::config::{Config, ConfigError, MAX_SAMPLES};
-use crate::drive::{Drive, PhaseAgreement, Retention};
+use crate::drive::{Drive, ExpectedTravel, PhaseAgreement, Retention};
 use crate::finder::StairFinder;
 use crate::health::{Expected, Health};
 use crate::mount::Mounting;
@@ -58,8 +58,6 @@ pub struct Pipeline {
     /// Evidence of earlier scans of the same scene.
     past: History,
     numbers: Numbers,
-    /// Whether the present rows are a scan's, whose image is made; else a guard sweep's.
-    imaging: bool,
 }
 
 /// Maximum interval between two guard sweeps whose evidence is combined, seconds: in a longer one a person may have
@@ -91,7 +89,6 @@ impl Pipeline {
             health: Health::new(numbers),
             past: History::new(numbers),
             numbers,
-            imaging: false,
         }
     }
 
@@ -104,7 +101,6 @@ impl Pipeline {
             range,
             finder,
             health,
-            imaging,
             ..
         } = self;
         let chirp = samples.get(..chirp(samples, config)).unwrap_or(&[]);
@@ -122,7 +118,7 @@ impl Pipeline {
             !discarded
         });
         health.check_map_row(row, finder.map(), |bin| range.phasors(bin));
-        if *imaging && kept == Some(true) {
+        if kept == Some(true) {
             finder.add(row.into(), &mut range.coherent());
         }
     }
@@ -293,13 +289,11 @@ fn chirp(samples: &[Iq; MAX_SAMPLES], config: &Config) -> usize {
 impl DataPath for Pipeline {
     fn begin(&mut self, config: &Config, scan: u32) -> Result<(), ConfigError> {
         let config = &self.ready(config, scan)?;
-        self.imaging = true;
         self.finder.begin(config)
     }
 
     fn begin_guard(&mut self, config: &Config, sweep: u32) -> Result<(), ConfigError> {
         let config = &self.ready(config, sweep)?;
-        self.imaging = false;
         self.finder.begin_guard(config)
     }
 
@@ -361,8 +355,8 @@ impl DataPath for Pipeline {
         self.numbers
     }
 
-    fn expect_motion(&mut self, travel_m: f32) {
-        self.finder.image_mut().expect_motion(travel_m);
+    fn expect_motion(&mut self, travel: ExpectedTravel) {
+        self.finder.image_mut().expect_motion(travel);
     }
 
     fn self_test(&mut self) -> bool {

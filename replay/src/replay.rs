@@ -8,6 +8,7 @@ use std::rc::Rc;
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use stairscan::Iq;
 use stairscan::config::{Config, ConfigError};
+use stairscan::drive::ExpectedTravel;
 use stairscan::estimator::MappedScan;
 use stairscan::motion::{Drive, Mode, Odometry, Track};
 use stairscan::mount::Mounting;
@@ -107,7 +108,7 @@ impl Scanned<'_> {
             found: self.pipeline.found(),
             config: self.config,
             number: self.answer.scan.scan,
-            image: Some(self.pipeline.image()),
+            image: self.pipeline.image(),
             drive: &self.drive,
         }
     }
@@ -233,8 +234,8 @@ impl DataPath for DataPathWithMotion {
         self.pipeline.calibrate(wall_m)
     }
 
-    fn expect_motion(&mut self, travel_m: f32) {
-        self.pipeline.expect_motion(travel_m);
+    fn expect_motion(&mut self, travel: ExpectedTravel) {
+        self.pipeline.expect_motion(travel);
     }
 
     fn numbers(&self) -> Numbers {

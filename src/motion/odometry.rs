@@ -8,7 +8,7 @@
 //! between two sentences discards the positions of the rows between them, and the scan then counts as one without
 //! motion input.
 
-use crate::drive::{Drive, Input, Mode, PhaseAgreement, Retention};
+use crate::drive::{Drive, ExpectedTravel, Input, Mode, PhaseAgreement, Retention};
 use crate::math::RAD_PER_DEG;
 use crate::time::Micros;
 use crate::track::{RowPose, Track};
@@ -96,6 +96,8 @@ pub struct Odometry {
     begun: Option<(Micros, i32)>,
     /// Odometer's travel by the first sentence after that row, 0.1 mm.
     first_travel: Option<i32>,
+    /// Time of the scan's last trigger.
+    row_at: Option<Micros>,
     /// State of the motion input in the present scan: its first fault, `Good` without one.
     scan: Input,
     /// Time and travel of the last row of the last scan, and (`guard_end`) of the last row of the last guard sweep.
@@ -131,6 +133,7 @@ impl Odometry {
             track: Track::new(),
             begun: None,
             first_travel: None,
+            row_at: None,
             scan: Input::Absent,
             end: None,
             guard_end: None,
@@ -161,16 +164,26 @@ impl Odometry {
         }
     }
 
-    /// Returns the travel from the first motion sentence after the scan's first row to the last one, metres, if the chair may
-    /// move: by the last two motion sentences, however old they are, or because there are none and `mode` does not say that
-    /// it stands.
-    pub fn travel_if_moving(&self, mode: Mode) -> Option<f32> {
-        let travelled =
-            |(before, last): (Arrived, Arrived)| before.reading.travel != last.reading.travel;
-        let moves = mode != Mode::Standing && self.before.zip(self.last).is_none_or(travelled);
-        let since =
-            |(last, first): (Arrived, i32)| last.reading.travel.wrapping_sub(first) as f32 * 1e-4;
-        moves.then(|| self.last.zip(self.first_travel).map_or(0.0, since))
+    /// Returns the travel for the row triggered at `at`, if the chair may move: by the last two motion sentences, however
+    /// old they are, or because there are none and `mode` does not say that it stands.
+    pub fn expected_travel(&mut self, mode: Mode, at: Micros) -> Option<ExpectedTravel> {
+        let row_before = self.row_at.replace(at);
+        let metres = |to: Arrived, from: i32| to.reading.travel.wrapping_sub(from) as f32 * 1e-4;
+        let moved = self.before.zip(self.last).map(|(before, last)| {
+            let gap_us = last.at.since(before.at).max(1);
+            (metres(last, before.reading.travel), gap_us)
+        });
+        let moves = mode != Mode::Standing && moved.is_none_or(|(moved_m, _)| moved_m != 0.0);
+        let step_m = moved
+            .zip(row_before)
+            .map(|((moved_m, gap_us), row_before)| {
+                moved_m * at.since(row_before) as f32 / gap_us as f32
+            });
+        let since_first_m = self.last.zip(self.first_travel);
+        moves.then(|| ExpectedTravel {
+            since_first_m: since_first_m.map_or(0.0, |(last, first)| metres(last, first)),
+            step_m: step_m.unwrap_or(0.0),
+        })
     }
 
     /// Sets the age above which a motion sentence is stale, microseconds.
@@ -265,6 +278,7 @@ impl Odometry {
         self.waiting.clear();
         self.begun = None;
         self.first_travel = None;
+        self.row_at = None;
         self.since_s = None;
         self.moved_m = None;
         self.scan = Input::Good;

@@ -2,7 +2,7 @@
 
 use crate::Iq;
 use crate::config::{Config, ConfigError};
-use crate::drive::Drive;
+use crate::drive::{Drive, ExpectedTravel};
 use crate::mount::Mounting;
 use crate::params::Numbers;
 use crate::verdict::{Conditions, GuardResult, Outcome};
@@ -45,9 +45,8 @@ pub trait DataPath {
     /// # Errors
     /// Names the property of instrument or scene that is out of its limits.
     fn calibrate(&mut self, wall_m: f32) -> Result<Mounting, ConfigError>;
-    /// States that from the next row on the chair may move until the end of the scan, and its forward travel since the first
-    /// row, metres.
-    fn expect_motion(&mut self, _travel_m: f32) {}
+    /// States that from the next row on the chair may move until the end of the scan, and its travel.
+    fn expect_motion(&mut self, _travel: ExpectedTravel) {}
     /// Returns the tuned numbers that the data path has.
     fn numbers(&self) -> Numbers {
         Numbers::DEFAULT
@@ -90,8 +89,8 @@ impl<D: DataPath + ?Sized> DataPath for &mut D {
         (**self).calibrate(wall_m)
     }
 
-    fn expect_motion(&mut self, travel_m: f32) {
-        (**self).expect_motion(travel_m);
+    fn expect_motion(&mut self, travel: ExpectedTravel) {
+        (**self).expect_motion(travel);
     }
 
     fn numbers(&self) -> Numbers {

@@ -327,8 +327,8 @@ impl<'a, H: Parts> Machine<'a, H> {
                 );
                 let poll = sweep.poll(now, mirror, link, data);
                 if let Some((row, at)) = sweep.triggered() {
-                    if let Some(travel_m) = self.odometry.travel_if_moving(self.scan.motion) {
-                        self.data.expect_motion(travel_m);
+                    if let Some(travel) = self.odometry.expected_travel(self.scan.motion, at) {
+                        self.data.expect_motion(travel);
                     }
                     let mid = sweep.settings().capture_us() / 2;
                     self.odometry.row(row, at.plus(mid));

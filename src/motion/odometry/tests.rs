@@ -306,20 +306,20 @@ fn a_standing_chair_has_no_track() {
 #[test]
 fn the_travel_during_a_scan_counts_from_its_first_sentence_on() {
     let mut odometry = Odometry::new();
-    assert_eq!(odometry.travel_if_moving(Mode::Standing), None);
-    assert_eq!(odometry.travel_if_moving(Mode::Auto), Some(0.0), "unknown");
+    assert_eq!(odometry.expected_travel(Mode::Standing, at(0)), None);
+    let unknown = odometry.expected_travel(Mode::Auto, at(1));
+    assert_eq!(unknown, Some(ExpectedTravel::default()));
     take(&mut odometry, 0);
     // Half a second's way before the scan, without a sentence.
     odometry.begin(ROWS);
     odometry.row(0, at(49));
-    assert_eq!(odometry.travel_if_moving(Mode::Auto), Some(0.0));
-    for (k, travel_m) in [(50, 0.0), (51, 0.002), (54, 0.008)] {
+    let first = odometry.expected_travel(Mode::Auto, at(49));
+    assert_eq!(first, Some(ExpectedTravel::default()));
+    for (k, travel_m, step_m) in [(50, 0.0, 0.0), (51, 0.002, 0.002), (54, 0.008, 0.006)] {
         take(&mut odometry, k);
-        let since = odometry.travel_if_moving(Mode::Auto);
-        assert!(
-            since.is_some_and(|since| (since - travel_m).abs() < 1e-6),
-            "{k}: {since:?}"
-        );
+        let travel = odometry.expected_travel(Mode::Auto, at(k)).unwrap();
+        assert!((travel.since_first_m - travel_m).abs() < 1e-6, "{travel:?}");
+        assert!((travel.step_m - step_m).abs() < 1e-6, "{travel:?}");
     }
     // It stops: the last two sentences are alike.
     for k in [55, 56] {
@@ -331,5 +331,5 @@ fn the_travel_during_a_scan_counts_from_its_first_sentence_on() {
             },
         );
     }
-    assert_eq!(odometry.travel_if_moving(Mode::Auto), None);
+    assert_eq!(odometry.expected_travel(Mode::Auto, at(57)), None);
 }

@@ -4,6 +4,8 @@ use super::drift::Drift;
 use super::nodes::{self, MAX_NODES, MAX_OPEN, Nodes};
 use super::reference::CoherentRow;
 use super::walk::{self, NodeWalk, aligned, moved};
+use crate::config::RadarConfig;
+use crate::drive::ExpectedTravel;
 use crate::math;
 use crate::signal::grid::PolarMap;
 use crate::signal::range::packed::{Native, Packed, turn};
@@ -36,10 +38,14 @@ pub struct CoherentImage {
     drift: Drift,
     /// Forward travel since the first row, metres, of a chair that may move, so that echoes turn and walk from row to row;
     /// `None` where it stands.
-    pub travel_m: Option<f32>,
-    /// Bins by which a scatterer straight ahead walks a metre of travel, and turn of the phase from bin to bin, radians.
+    travel_m: Option<f32>,
+    /// Forward travel since the last row that was added, metres.
+    step_m: f32,
+    /// Bins by which a scatterer straight ahead walks a metre of travel; turns of the phase from bin to bin, and of a scatterer
+    /// straight ahead a metre of travel, radians.
     bins_per_m: f32,
     radians_per_bin: f32,
+    radians_per_m: f32,
     /// Whether a row has been added.
     begun: bool,
     /// Exponent of each node's cells: a mantissa of 1 is 2^exponent units of the sums.
@@ -63,21 +69,23 @@ impl CoherentImage {
             open: (0, 0),
             drift: Drift::new(),
             travel_m: None,
+            step_m: 0.0,
             bins_per_m: 0.0,
             radians_per_bin: 0.0,
+            radians_per_m: 0.0,
             begun: false,
             exponents: [0; MAX_NODES],
             first: 0,
         }
     }
 
-    /// Prepares for the first row of a scan with the shape of `map`, in a memory of `words` words. `native_m` is the
-    /// range difference of native bins.
-    pub fn begin(&mut self, map: &PolarMap, native_m: f32, words: usize) {
-        self.travel_m = None;
+    /// Prepares for the first row of a scan by `radar` with the shape of `map`, in a memory of `words` words.
+    pub fn begin(&mut self, map: &PolarMap, radar: &RadarConfig, words: usize) {
+        (self.travel_m, self.step_m) = (None, 0.0);
         let bin_m = map.geometry().bin_m;
-        (self.bins_per_m, self.radians_per_bin) =
-            (1.0 / bin_m, core::f32::consts::PI * bin_m / native_m);
+        self.bins_per_m = 1.0 / bin_m;
+        self.radians_per_bin = core::f32::consts::PI * bin_m / radar.range_resolution_m();
+        self.radians_per_m = -2.0 * core::f32::consts::TAU / radar.wavelength_m();
         let bins = map.bins().max(1);
         let cells = words.saturating_sub(HISTOGRAM + bins + 2 * MAX_OPEN * bins);
         let most = cells / bins.saturating_add(walk::WORDS);
@@ -100,6 +108,12 @@ impl CoherentImage {
         self.bins
     }
 
+    /// States that from the next row on the chair may move, and its travel.
+    pub fn expect(&mut self, travel: ExpectedTravel) {
+        self.travel_m = Some(travel.since_first_m);
+        self.step_m += travel.step_m;
+    }
+
     /// Adds a row seen at `angle_rad`, whose beam points forward by the share `ahead`. Rows come in either direction; a lost
     /// one is left out.
     pub fn add(
@@ -115,7 +129,10 @@ impl CoherentImage {
         self.advance(words, around, whole);
         if self.travel_m.is_some() || !row.referenced {
             turn_back(row.bins, (whole as f32 - walk) * self.radians_per_bin);
-            let turned_rad = self.drift.row(row, whole, last(words, self.bins));
+            let step_m = core::mem::take(&mut self.step_m);
+            let expected_rad = step_m * ahead * self.radians_per_m;
+            let before = last(words, self.bins);
+            let turned_rad = self.drift.row(row, (whole, expected_rad), before);
             turn_back(row.bins, turned_rad);
         }
         let scale = row.unit * math::exp2((FRACTION_BITS + PRODUCT_SHIFT as i32) as f32);
@@ -313,6 +330,22 @@ impl CoherentImage {
         let x = Packed(words.get(node * self.bins + bin).copied().unwrap_or(0));
         let unit = self.unit(node);
         [f32::from(x.re()) * unit, f32::from(x.im()) * unit]
+    }
+
+    /// Returns the power of the finished image at a node in a bin of its row; 0 outside.
+    #[inline(always)]
+    pub fn power(&self, words: &[u32], node: usize, bin: usize) -> f32 {
+        let bin = match self.travel_m {
+            Some(_) => self.bin_of(words, node as f32, bin),
+            None => bin,
+        };
+        if bin >= self.bins {
+            return 0.0;
+        }
+        let x = Packed(words.get(node * self.bins + bin).copied().unwrap_or(0));
+        let (re, im) = (i32::from(x.re()), i32::from(x.im()));
+        let unit = self.unit(node);
+        (re * re + im * im) as f32 * (unit * unit)
     }
 
     /// Returns the value of a finished image at a (fractional) node that is not negative, interpolated between two nodes.

@@ -7,6 +7,7 @@ use super::reference::CoherentRow;
 use super::response::RangeResponse;
 use super::surface::Cleaned;
 use crate::config::{Config, RadarConfig};
+use crate::drive::ExpectedTravel;
 use crate::math;
 use crate::params::image::PATTERN;
 use crate::signal::echoes::{Echo, FoundEchoes, forward};
@@ -46,14 +47,13 @@ impl KeptImage {
 
     /// Prepares for the first row of a scan by `radar` with the shape of `map`, of a chair that stands.
     pub fn begin(&mut self, map: &PolarMap, radar: &RadarConfig) {
-        let native_m = radar.range_resolution_m();
-        self.image.begin(map, native_m, self.memory.words().len());
+        self.image.begin(map, radar, self.memory.words().len());
     }
 
-    /// States that from the next row on the chair may move, and its forward travel since the first row, metres. Where it
+    /// States that from the next row on the chair may move, and its travel. Where it
     /// stands, the phases of rows with a reference stay as they are: a wide face turns the phase of what stands, too.
-    pub fn expect_motion(&mut self, travel_m: f32) {
-        self.image.travel_m = Some(travel_m);
+    pub fn expect_motion(&mut self, travel: ExpectedTravel) {
+        self.image.expect(travel);
     }
 
     /// Adds row `k` of `map`.

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::config::Config;
+use crate::drive::ExpectedTravel;
 use crate::params::Params;
 use crate::signal::echoes::tests::{map, noise, uniform};
 use crate::signal::echoes::{Echo, Echoes, FoundEchoes};
@@ -64,7 +65,7 @@ impl Seen {
         let mut image = Box::new(KeptImage::new());
         image.begin(&self.map, &Config::default().radar);
         if moving {
-            image.expect_motion(0.0);
+            image.expect_motion(ExpectedTravel::default());
         }
         let last = self.rows.len().saturating_sub(1);
         for k in 0..=last {
@@ -103,6 +104,22 @@ impl Seen {
     /// Returns the coherent image, with the rows in either direction.
     fn image(&self, backwards: bool) -> Box<KeptImage> {
         self.turned(backwards, true, false, |_| 0.0)
+    }
+
+    /// Returns the finished image, and in place of its echoes the scan's noise.
+    pub(crate) fn finished(&self) -> (Box<KeptImage>, FoundEchoes) {
+        let mut image = self.image(false);
+        image.finish();
+        let noise = NOISE.into();
+        let nothing = FoundEchoes::NONE;
+        (image, FoundEchoes { noise, ..nothing })
+    }
+
+    /// Returns the image behind CLEAN, and its echoes.
+    pub(crate) fn cleaned(&self, config: &Config) -> (Box<KeptImage>, FoundEchoes) {
+        let mut image = self.image(false);
+        let found = found(&mut image, self, config);
+        (image, found)
     }
 
     /// Returns what the detection finds, with the rows in either direction.
@@ -353,7 +370,10 @@ fn a_drive_leaves_scatterers_where_they_were_in_their_rows() {
         image.begin(&scan, &config.radar);
         for k in 0..281 {
             let row = if backwards { 280 - k } else { k };
-            image.expect_motion(per_row_m * k as f32);
+            image.expect_motion(ExpectedTravel {
+                since_first_m: per_row_m * k as f32,
+                step_m: 0.0,
+            });
             image.add(
                 &scan,
                 row,
@@ -397,6 +417,40 @@ fn without_a_mirror_each_row_has_its_phase_by_the_row_before() {
         without.first().is_none_or(|e| e.snr_db < 25.0),
         "{without:?}"
     );
+}
+
+/// Nothing here is strong enough to show in two rows by how much it turned.
+#[test]
+fn faint_echoes_of_a_drive_add_up_by_the_odometer() {
+    let config = Config::default();
+    let points = [(0.9, 0.0, 7.0), (1.5, 0.3, 7.0)];
+    let per_row_m = 0.7e-3;
+    let scan = passed(&config, &points, 7, |row| per_row_m * row as f32);
+    let strongest = |reported: f32| {
+        let mut image = Box::new(KeptImage::new());
+        image.begin(&scan, &config.radar);
+        for row in 0..281 {
+            // Lost rows: the odometer goes on.
+            image.expect_motion(ExpectedTravel {
+                since_first_m: reported * row as f32,
+                step_m: if row == 0 { 0.0 } else { reported },
+            });
+            if row % 16 != 9 {
+                let mut bins = Vec::new();
+                image.add(&scan, row, &mut scan.coherent(row, 0.0, true, &mut bins));
+            }
+        }
+        echoes(&mut image, &scan, &config)
+            .first()
+            .map_or(0.0, |e| e.snr_db)
+    };
+    // 2 % off, as odometers are.
+    for reported in [per_row_m, 1.02 * per_row_m] {
+        let db = strongest(reported);
+        assert!((4.0..10.0).contains(&db), "{db}");
+    }
+    let db = strongest(0.0);
+    assert!(db < 4.0, "{db}");
 }
 
 /// Returns the looks of an image at the ground's line, at these distances from the mirror, metres.
