@@ -79,7 +79,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             overwrite,
         } => {
             let outputs = overwrite.reading(elf.iter().chain(key));
-            outputs.check(output)?;
+            outputs.ready(output)?;
             let key = match key {
                 Some(path) => keys::read_secret(path)?,
                 None => {

@@ -210,8 +210,8 @@ struct Session<'a> {
 /// Listens to the radar link, or acquires scans from the module itself, and writes the recordings.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let outputs = args.overwrite.reading(&args.demo);
-    outputs.check_recording(&args.output)?;
-    outputs.check(&sentences(&args.output))?;
+    outputs.ready_recording(&args.output)?;
+    outputs.ready(&sentences(&args.output))?;
     ensure!(
         !args.module || args.ports.len() == 1,
         "--module: expected one port"

@@ -95,9 +95,10 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         paths.len()
     );
     let outputs = args.overwrite.reading(&paths);
-    args.film
-        .iter()
-        .try_for_each(|file| outputs.check_kind(file, &["svg"]))?;
+    if let Some(file) = &args.film {
+        outputs.check_kind(file, &["svg"])?;
+        outputs.ready(file)?;
+    }
     let bar = progress_aside(paths.len() as u64);
     for path in &paths {
         let shown = scan(path, args, &options, &outputs);
