@@ -26,8 +26,8 @@ use crate::serve::address;
 /// Arguments of `live`.
 #[derive(clap::Args, Debug)]
 #[command(
-    after_help = "Commands are entered in the last lines of the screen: status, scan, stop, start, get KEY ... `set`, `save` and
-`calibrate` are accepted only as a sentence with a CRC: the sentence is shown, and the next Enter sends it.
+    after_help = "Commands are entered in the last lines of the screen: status, scan, guard on, get KEY ...; `?` lists all. `set`,
+`save`, `calibrate` and `update` are accepted only as a sentence with a CRC: the sentence is shown, and the next Enter sends it.
 DTR and RTS are never changed, so that nothing is reset."
 )]
 pub struct Args {
