@@ -7,7 +7,9 @@ use std::path::{Component, Path, PathBuf};
 use anyhow::{Context, Result, ensure};
 
 use crate::convert::suffix;
-use crate::recording::{Content, DATA_SUFFIX, Readers, Recording, meta_path, write_together};
+use crate::recording::{
+    Content, DATA_SUFFIX, Readers, Recording, meta_path, named, writable, write_together,
+};
 
 /// The option that all commands with an output share.
 #[derive(clap::Args, Clone, Copy, Debug, Default)]
@@ -93,6 +95,37 @@ impl Outputs {
     pub fn check_recording(&self, path: &Path) -> Result<()> {
         no_stdout(path)?;
         pair(path).iter().try_for_each(|file| self.check(file))
+    }
+
+    /// Checks a path as [`Self::check`] does, and that a file can be made there. Commands that run until the user ends
+    /// them, or that build first, check their outputs in this way before.
+    ///
+    /// # Errors
+    /// Those of [`Self::check`], or no file can be made; the message has the system's reason.
+    pub fn ready(&self, path: &Path) -> Result<()> {
+        self.check(path)?;
+        writable(path)
+    }
+
+    /// Checks both files of a recording, as [`Self::ready`] does for one.
+    ///
+    /// # Errors
+    /// Those of [`Self::ready`].
+    pub fn ready_recording(&self, path: &Path) -> Result<()> {
+        no_stdout(path)?;
+        named(path)?;
+        pair(path).iter().try_for_each(|file| self.ready(file))
+    }
+
+    /// Checks the files `names` of a folder, as [`Self::ready`] does for one; creates the folder if it is missing.
+    ///
+    /// # Errors
+    /// Those of [`Self::ready`], or the folder cannot be created; the message names it.
+    pub fn ready_folder(&self, dir: &Path, names: &[String]) -> Result<()> {
+        no_stdout(dir)?;
+        fs::create_dir_all(dir).with_context(|| format!("{}", dir.display()))?;
+        let mut paths = names.iter().map(|name| dir.join(name));
+        paths.try_for_each(|path| self.ready(&path))
     }
 
     /// Writes a file completely or not at all.

@@ -243,7 +243,7 @@ pub fn simulate(args: &SimulateArgs) -> Result<()> {
         (Some(scans), Some(speed)) => Way::Drives(scans as usize, speed, args.scan_time),
     };
     let Some(count) = args.count else {
-        outputs.check_recording(&args.output)?;
+        outputs.ready_recording(&args.output)?;
         let bar = busy("the simulated radar scans");
         let (chirps, scans) = source.write(&outputs, &args.output, args.seed, approach)?;
         bar.finish_and_clear();

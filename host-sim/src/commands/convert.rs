@@ -118,8 +118,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let read_too = beside.into_iter().flatten();
     let outputs = args.overwrite.reading(paths.iter().chain(read_too));
     match output {
-        Output::Recording => outputs.check_recording(&args.output)?,
-        _ => outputs.check(&args.output)?,
+        Output::Recording => outputs.ready_recording(&args.output)?,
+        _ => outputs.ready(&args.output)?,
     }
     let summary = match output {
         Output::Recording => write_recording(args, only(&paths)?, &outputs)?,

@@ -1,10 +1,11 @@
 //! `crash ELF`: file and line of a crash that a scanner has reported.
 
 use std::io::Read as _;
+use std::os::unix::fs::FileTypeExt as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 use stairscan_boot::receive::FIRST_BAUD;
 
 use super::emit;
@@ -75,12 +76,50 @@ fn reported(args: &Args) -> Result<Report> {
     let mut log = Vec::new();
     if source == "-" {
         std::io::stdin().read_to_end(&mut log).context("stdin")?;
-    } else if Path::new(source).is_file() {
-        log = std::fs::read(source).with_context(|| source.clone())?;
-    } else {
+    } else if is_port(source)? {
         let mut talk = Talk::open(source, args.baud)?;
         let version = talk.version_line()?;
         log = [version, talk.crash()?].join("\n").into_bytes();
+    } else {
+        log = std::fs::read(source).with_context(|| source.clone())?;
     }
     report::last(&log).with_context(|| source.clone())
+}
+
+/// Whether a source is a port to ask, also one that is not there, rather than a log: a file or a pipe.
+///
+/// # Errors
+/// There is no such file, and the name is none of a device; or it is a directory.
+fn is_port(source: &str) -> Result<bool> {
+    let found = match std::fs::metadata(source) {
+        Err(_) if Path::new(source).starts_with("/dev") => return Ok(true),
+        found => found.with_context(|| format!("{source}: neither a log nor a port"))?,
+    };
+    ensure!(
+        !found.is_dir(),
+        "{source}: a directory, expected a log or a port"
+    );
+    Ok(found.file_type().is_char_device())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_is_no_port_and_a_missing_one_is_named_as_such() {
+        let here = concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml");
+        assert!(!is_port(here).unwrap());
+        assert!(is_port("/dev/ttyNONE7").unwrap() && is_port("/dev/null").unwrap());
+        let missing = format!("{:#}", is_port("session.log").unwrap_err());
+        assert!(
+            missing.starts_with("session.log: neither a log nor a port: No such file"),
+            "{missing}"
+        );
+        let dir = is_port(env!("CARGO_MANIFEST_DIR")).unwrap_err().to_string();
+        assert!(
+            dir.contains("a directory, expected a log or a port"),
+            "{dir}"
+        );
+    }
 }

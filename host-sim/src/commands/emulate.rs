@@ -12,8 +12,10 @@ use super::{Format, Settings, busy, live, progress_after_start};
 use crate::answer::Answer;
 use crate::emulate::module::InjectedFault;
 use crate::emulate::session::Waits;
+use crate::emulate::tools::Tool;
 use crate::emulate::{Fault, Session, guarding, image};
 use crate::guarded::Guarded;
+use crate::live::keep::Keep;
 use crate::live::model::State;
 use crate::live::port::Source;
 use crate::live::pty::Pty;
@@ -60,30 +62,34 @@ pub struct Args {
 /// Scans every recording with the image. A bad recording or a fault sets the exit status to 1; the others are still
 /// scanned.
 pub fn run(args: &Args) -> Result<ExitCode> {
-    let elf = match &args.elf {
-        Some(elf) => {
-            image::check(elf)?;
-            elf.clone()
-        }
-        None => image::build(&[])?,
-    };
-    if args.live {
-        return watch(&elf, args);
-    }
-    let mut code = ExitCode::SUCCESS;
-    for path in &args.recordings {
-        let mut good = true;
-        let result = Recording::read(path).and_then(|recording| {
-            if setup::kind(&recording)? == Kind::Guard {
-                good &= show_guarded(&guarded(&elf, &recording, args)?, args.format);
-                return Ok(());
+    ensure!(
+        !args.live || args.recordings.len() == 1,
+        "--live: expected one recording, found {}",
+        args.recordings.len()
+    );
+    // A build takes minutes: all that can be refused is refused before.
+    let read: Vec<Result<Recording>> = args.recordings.iter().map(|p| read(p, args)).collect();
+    let (mut code, mut recordings) = (ExitCode::SUCCESS, Vec::new());
+    for recording in read {
+        match recording {
+            Ok(recording) => recordings.push(recording),
+            Err(error) => {
+                show(Err(error), None, args.format);
+                code = ExitCode::FAILURE;
             }
-            emulate(&elf, &recording, args, |a| {
-                let truth = recording.truth(a.scan_of_recording());
-                good &= show(Ok(a), truth, args.format);
-            })
-        });
-        if let Err(error) = result {
+        }
+    }
+    args.record.iter().try_for_each(|dir| Keep::check(dir))?;
+    if recordings.is_empty() {
+        return Ok(code);
+    }
+    let elf = image(args)?;
+    if args.live {
+        return watch(&elf, &recordings[0], args);
+    }
+    for recording in &recordings {
+        let mut good = true;
+        if let Err(error) = scan(&elf, recording, args, &mut good) {
             good = show(Err(error), None, args.format);
         }
         if !good {
@@ -93,6 +99,56 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     Ok(code)
 }
 
+/// Returns the image that the arguments name, or else that of the workspace, which is built; both only if there is an
+/// emulator for it.
+fn image(args: &Args) -> Result<PathBuf> {
+    if let Some(elf) = &args.elf {
+        image::check(elf)?;
+    }
+    Tool::Emulator.need()?;
+    args.elf.clone().map_or_else(|| image::build(&[]), Ok)
+}
+
+/// Reads a recording, and checks that it can be played to the image as the arguments say.
+fn read(path: &Path, args: &Args) -> Result<Recording> {
+    let recording = Recording::read(path)?;
+    let config = args.settings.config()?;
+    let playback = Playback::new(&recording, &config)?;
+    options(args)?.scans_of(&recording)?;
+    let name = &recording.name;
+    if setup::kind(&recording)? == Kind::Guard && !args.live {
+        ensure!(
+            !args.single,
+            "{name}: --single: expected full scans, found guard sweeps"
+        );
+        let settings = playback.guarding().settings();
+        let fits = settings.guard.check(&settings.config);
+        fits.map_err(|error| anyhow!("{name}: guard: {error}"))?;
+    }
+    Ok(recording)
+}
+
+/// Returns the options of a replay that has the same scans.
+fn options(args: &Args) -> Result<replay::Options> {
+    Ok(replay::Options {
+        scans: args.scans,
+        single: args.single,
+        ..args.settings.options(args.settings.config()?)
+    })
+}
+
+/// Scans a recording with the image and prints its answers. A fault sets `good` to false.
+fn scan(elf: &Path, recording: &Recording, args: &Args, good: &mut bool) -> Result<()> {
+    if setup::kind(recording)? == Kind::Guard {
+        *good &= show_guarded(&guarded(elf, recording, args)?, args.format);
+        return Ok(());
+    }
+    emulate(elf, recording, args, |a| {
+        let truth = recording.truth(a.scan_of_recording());
+        *good &= show(Ok(a), truth, args.format);
+    })
+}
+
 /// Scans a recording with the image, and calls `answered` with the answer to each scan.
 fn emulate(
     elf: &Path,
@@ -100,12 +156,7 @@ fn emulate(
     args: &Args,
     mut answered: impl FnMut(Answer),
 ) -> Result<()> {
-    let options = replay::Options {
-        scans: args.scans,
-        single: args.single,
-        ..args.settings.options(args.settings.config()?)
-    };
-    let scans = options.scans_of(recording)?;
+    let scans = options(args)?.scans_of(recording)?;
     let several = recording.scans() > 1;
     let mut parse = |k: usize, sentences| -> Result<()> {
         let part = several.then_some(k as u32 + 1);
@@ -126,15 +177,7 @@ fn emulate(
 /// Boots the image once, and returns its answers to all sweeps of a guard recording.
 fn guarded(elf: &Path, recording: &Recording, args: &Args) -> Result<Vec<Guarded>> {
     let name = &recording.name;
-    ensure!(
-        !args.single,
-        "{name}: --single: expected full scans, found guard sweeps"
-    );
-    let options = replay::Options {
-        scans: args.scans,
-        ..args.settings.options(args.settings.config()?)
-    };
-    let sweeps = options.scans_of(recording)?;
+    let sweeps = options(args)?.scans_of(recording)?;
     let config = args.settings.config()?;
     let with = (waits(args), args.faults.as_slice());
     let sentences = guarding::sentences(elf, recording, &config, sweeps, with)?;
@@ -199,14 +242,8 @@ fn waits(args: &Args) -> Waits {
 }
 
 /// Shows the image on the screen of `live` while it scans a recording repeatedly, until the user ends it.
-fn watch(elf: &Path, args: &Args) -> Result<ExitCode> {
-    ensure!(
-        args.recordings.len() == 1,
-        "--live: expected one recording, found {}",
-        args.recordings.len()
-    );
-    let recording = Recording::read(&args.recordings[0])?;
-    let playback = Playback::new(&recording, &args.settings.config()?)?.by_trigger();
+fn watch(elf: &Path, recording: &Recording, args: &Args) -> Result<ExitCode> {
+    let playback = Playback::new(recording, &args.settings.config()?)?.by_trigger();
     let pty = Pty::new()?;
     let port = pty.path.clone();
     let about = format!("the image on {}", recording.name);

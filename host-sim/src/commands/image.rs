@@ -34,11 +34,15 @@ const TRUSTED: &str = "STAIRSCAN_UPDATE_KEY";
 
 /// Builds loader and image, seals and signs the image, and writes both as Intel HEX and as raw bytes.
 pub fn run(args: &Args) -> Result<ExitCode> {
-    let files = match args.demo {
-        true => files("demo", &Block::of_elf(&build(&["demo"])?)?)?,
-        false => files("stairscan", &signed(args.key.as_deref())?)?,
-    };
     let outputs = args.overwrite.reading(&args.key);
+    let name = if args.demo { "demo" } else { "stairscan" };
+    // The names of the blocks' files are known after the build only.
+    let known = ["hex", "bin"].map(|suffix| format!("{name}.{suffix}"));
+    outputs.ready_folder(&args.output, &known)?;
+    let files = match args.demo {
+        true => files(name, &Block::of_elf(&build(&["demo"])?)?)?,
+        false => files(name, &signed(args.key.as_deref())?)?,
+    };
     let mut lines = String::new();
     let mut contents = Vec::new();
     for (name, address, bytes) in files {

@@ -79,7 +79,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             overwrite,
         } => {
             let outputs = overwrite.reading(elf.iter().chain(key));
-            outputs.check(output)?;
+            outputs.ready(output)?;
             let key = match key {
                 Some(path) => keys::read_secret(path)?,
                 None => {
@@ -131,9 +131,10 @@ fn show(file: &Path) -> Result<()> {
             ));
         }
         Err(no_key) => {
-            let Ok(package) = Package::read(file) else {
+            if !std::fs::read(file).is_ok_and(|bytes| Package::begins(&bytes)) {
                 return Err(no_key);
-            };
+            }
+            let package = Package::read(file)?;
             let id = package.key_id();
             emit(&format!(
                 "{name}: signed image {}, key {}\n",

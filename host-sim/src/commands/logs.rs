@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use stairscan::report::GuardLine;
 
 use crate::convert::scans::{SECOND_NS, Scan};
@@ -11,7 +11,7 @@ use crate::convert::suffix;
 use crate::counted::counted;
 use crate::guarded::Guarded;
 use crate::live::log::{self, Log, Logged};
-use crate::recording::{self, DATA_SUFFIX, META_SUFFIX};
+use crate::recording::{self, DATA_SUFFIX, META_SUFFIX, regular};
 
 /// Suffixes of files that are no logs.
 const OTHERS: [&str; 7] = [
@@ -28,7 +28,7 @@ const IN_DIRECTORIES: [&str; 3] = ["txt", "log", "sentences"];
 
 /// Whether a path is a file that may be a log: not a recording, nor named like one.
 fn is_file(path: &Path) -> bool {
-    path.is_file() && !OTHERS.contains(&suffix(path)) && !recording::meta_path(path).is_file()
+    path.is_file() && !OTHERS.contains(&suffix(path)) && !is_recording(path)
 }
 
 /// Returns the bytes of the log `path`; `None` if it is none, as a recording.
@@ -52,12 +52,49 @@ pub fn read(path: &Path) -> Result<Option<Log>> {
     log.transpose()
 }
 
+/// Reads the log `path`, which must be one.
+///
+/// # Errors
+/// The file is missing, for which the message has the system's reason, or of another kind, which the message names;
+/// those of [`read`].
+pub fn expect(path: &Path) -> Result<Log> {
+    let log = read(path)?;
+    log.map_or_else(|| other(path, "a log of sentences"), Ok)
+}
+
+/// Explains a path that [`read`] takes for no log, where `expected` was expected.
+///
+/// # Errors
+/// Always: what the path is instead.
+pub fn other(path: &Path, expected: &str) -> Result<Log> {
+    let name = path.display();
+    ensure!(
+        !is_recording(path),
+        "{name}: a recording, expected {expected}"
+    );
+    let found = fs::metadata(path).with_context(|| name.to_string())?;
+    ensure!(!found.is_dir(), "{name}: a directory, expected {expected}");
+    regular(path)?;
+    let suffix = suffix(path);
+    ensure!(
+        !OTHERS.contains(&suffix),
+        "{name}: a .{suffix}, expected {expected}"
+    );
+    let bytes = fs::read(path).with_context(|| name.to_string())?;
+    Log::read(&name.to_string(), &bytes)
+}
+
+/// Whether a path names the files of a recording that is there.
+pub fn is_recording(path: &Path) -> bool {
+    recording::meta_path(path).is_file()
+}
+
 /// Returns the logs that `paths` name, those of a directory without recordings in order; `None` if they are recordings.
 ///
 /// # Errors
 /// A file cannot be read, has no sentence of a scanner, or stands beside recordings.
 pub fn all(paths: &[PathBuf]) -> Result<Option<Vec<Log>>> {
-    let (mut logs, mut others) = (Vec::new(), 0);
+    let (mut logs, mut others) = (Vec::new(), Vec::new());
     for path in paths {
         if path.is_dir() && recording::list(path).is_err() {
             let entries = fs::read_dir(path).with_context(|| path.display().to_string())?;
@@ -83,14 +120,19 @@ pub fn all(paths: &[PathBuf]) -> Result<Option<Vec<Log>>> {
         } else if let Some(log) = read(path)? {
             logs.push(log);
         } else {
-            others += 1;
+            others.push(path);
         }
     }
-    ensure!(
-        logs.is_empty() || others == 0,
-        "{}: a log of sentences, and others are none: expected logs or recordings",
-        logs.first().map_or("", |log| &log.name)
-    );
+    if let (Some(log), Some(other)) = (logs.first(), others.first()) {
+        if !is_recording(other) && !other.is_dir() {
+            self::other(other, "a log of sentences")?;
+        }
+        bail!(
+            "{}: a recording, and {} a log of sentences: expected one kind",
+            other.display(),
+            log.name
+        );
+    }
     Ok((!logs.is_empty()).then_some(logs))
 }
 

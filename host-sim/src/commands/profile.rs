@@ -70,6 +70,41 @@ pub struct RangeProfile {
     /// Range, metres, and power, dB relative to full scale, of every echo that is no detection because other echoes lie in
     /// its training cells.
     pub masked: Vec<(f32, f32)>,
+    /// Range, metres, and power, dB relative to full scale, of every echo above its threshold that is no detection
+    /// because it may be an I/Q image.
+    pub images: Vec<(f32, f32)>,
+    /// What CFAR makes of every bin.
+    pub marks: Vec<Mark>,
+}
+
+/// What CFAR makes of a bin.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mark {
+    /// Below the threshold, or not tested.
+    Below,
+    /// A detection.
+    Detection,
+    /// Above the threshold, removed as a possible I/Q image.
+    Image,
+}
+
+impl Mark {
+    fn of(profile: &Profile, bin: usize) -> Self {
+        match (profile.is_hit(bin), profile.is_image(bin)) {
+            (true, _) => Mark::Detection,
+            (false, true) => Mark::Image,
+            (false, false) => Mark::Below,
+        }
+    }
+
+    /// Returns the text behind the bin's threshold in the table.
+    fn text(self) -> &'static str {
+        match self {
+            Mark::Below => "",
+            Mark::Detection => "  *",
+            Mark::Image => "  I/Q image",
+        }
+    }
 }
 
 /// Returns the settings of CA-CFAR for a recording of any radar, with or without a mirror.
@@ -109,7 +144,12 @@ pub fn profile(recording: &Recording, cells: &Cells, k: usize) -> Result<RangePr
     processor.profile(chirp, &mut profile)?;
     let spacing = radar.bin_spacing_m();
     let bins = 0..profile.bins();
+    let echoes = |bins: Vec<usize>| -> Vec<(f32, f32)> {
+        let echo = |bin| (bin as f32 * spacing, profile.power_db(bin));
+        bins.into_iter().map(echo).collect()
+    };
     Ok(RangeProfile {
+        marks: bins.clone().map(|b| Mark::of(&profile, b)).collect(),
         range_m: bins.clone().map(|b| b as f32 * spacing).collect(),
         power_db: bins.clone().map(|b| profile.power_db(b)).collect(),
         threshold_db: bins
@@ -119,10 +159,8 @@ pub fn profile(recording: &Recording, cells: &Cells, k: usize) -> Result<RangePr
             .detections()
             .map(|d| (d.bin * spacing, d.power_db))
             .collect(),
-        masked: cells::masked(&profile, &cfar(recording, cells))
-            .into_iter()
-            .map(|bin| (bin as f32 * spacing, profile.power_db(bin)))
-            .collect(),
+        masked: echoes(cells::masked(&profile, &cfar(recording, cells))),
+        images: echoes(cells::images(&profile)),
     })
 }
 
@@ -195,6 +233,7 @@ impl RangeProfile {
             "threshold_db": list(&self.threshold_db),
             "detections": self.detections.iter().map(detection).collect::<Vec<_>>(),
             "masked": self.masked.iter().map(detection).collect::<Vec<_>>(),
+            "images": self.images.iter().map(detection).collect::<Vec<_>>(),
         })
     }
 
@@ -219,17 +258,24 @@ impl RangeProfile {
                  (--cfar-training, --cfar-guard)"
             );
         }
-        out.push_str("\n  range from the radar m   power dBFS   threshold\n");
-        let bins = self
-            .range_m
-            .iter()
+        for (range, power) in &self.images {
+            let _ = writeln!(
+                out,
+                "  {range:7.3} m  {power:6.1} dBFS: removed, 30 dB or more below the echo at its negative frequency, whose \
+                 I/Q image it may be"
+            );
+        }
+        out.push_str("\n  range from the radar m   power dBFS   threshold (* detection)\n");
+        let bins = (self.range_m.iter())
             .zip(&self.power_db)
-            .zip(&self.threshold_db);
-        for ((range, power), threshold) in bins {
-            let (threshold, mark) = match *threshold {
-                OUT_OF_REACH_DB => ("     -".to_owned(), ""),
-                t => (format!("{t:6.1}"), if *power > t { "  *" } else { "" }),
+            .zip(&self.threshold_db)
+            .zip(&self.marks);
+        for (((range, power), threshold), mark) in bins {
+            let threshold = match *threshold {
+                OUT_OF_REACH_DB => "     -".to_owned(),
+                t => format!("{t:6.1}"),
             };
+            let mark = mark.text();
             let _ = writeln!(out, "  {range:22.3}     {power:8.1}      {threshold}{mark}");
         }
         out
@@ -330,6 +376,42 @@ mod tests {
         assert_eq!(shown.json(chosen)["chirp"], chosen);
     }
 
+    /// A reflector whose quadrature is 3 % weak: its image lies at the negative frequency, far above the noise.
+    #[test]
+    fn an_image_is_called_one_and_is_not_marked_as_a_detection() {
+        let noise = |n: usize| ((n * 7919 + 13) % 31) as f64 / 5.0 - 3.0;
+        let samples = (0..64).map(|n| {
+            let (sin, cos) = (std::f64::consts::TAU * 40.0 * n as f64 / 64.0).sin_cos();
+            Iq::new(
+                (12_000.0 * cos + noise(n)) as i16,
+                (0.97 * 12_000.0 * sin + noise(3 * n + 1)) as i16,
+            )
+        });
+        let document = json!({"global": {
+            "core:datatype": "ci16_le", "stairscan:bandwidth_hz": 5.5e9, "stairscan:samples_per_chirp": 64,
+        }});
+        let recording = Recording::of("one", &document, samples.collect()).unwrap();
+        let shown = profile(&recording, &Cells::default(), 0).unwrap();
+        let spacing = 2.998e8 / (2.0 * 5.5e9);
+        let bins = shown.images.iter();
+        let bins: Vec<i64> = bins.map(|(m, _)| (m / spacing).round() as i64).collect();
+        assert_eq!(bins, [24], "{shown:?}");
+        assert!(shown.power_db[24] > shown.threshold_db[24]);
+        assert_eq!(
+            (shown.marks[24], shown.marks[40]),
+            (Mark::Image, Mark::Detection)
+        );
+        assert!(shown.masked.is_empty(), "{:?}", shown.masked);
+        let text = shown.text(&recording, 0);
+        let row = text.lines().find(|line| line.contains("  I/Q image"));
+        assert!(row.is_some_and(|row| !row.contains('*')), "{text}");
+        assert!(
+            text.contains("below the echo at its negative frequency"),
+            "{text}"
+        );
+        assert_eq!(shown.json(0)["images"].as_array().unwrap().len(), 1);
+    }
+
     /// Two reflectors 5 bins apart over weak noise: each lies in the other's training cells.
     #[test]
     fn reflectors_that_mask_each_other_are_named() {
@@ -361,7 +443,11 @@ mod tests {
             (at(&hidden.detections), at(&hidden.masked)),
             (vec![], vec![12, 17])
         );
-        assert!(hidden.text(&recording, 0).contains("masked"));
+        let text = hidden.text(&recording, 0);
+        assert!(
+            text.contains("masked") && !text.contains("I/Q image"),
+            "{text}"
+        );
         assert_eq!(hidden.json(0)["masked"].as_array().unwrap().len(), 2);
         let near = Cells::parse(&["--cfar-guard", "1", "--cfar-training", "2"]);
         let shown = profile(&recording, &near, 0).unwrap();

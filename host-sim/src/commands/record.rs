@@ -31,7 +31,9 @@ use crate::setup::{self, Kind};
 use crate::tap::ask;
 use crate::tap::beside::{self, Beside, MountingArgs};
 use crate::tap::demo::Demo;
-use crate::tap::gather::{Gather, Mounting, Part};
+use crate::tap::gather::{Gather, Part};
+use crate::tap::kinds;
+use crate::tap::mounting::Mounting;
 use crate::tap::nothing::{instead, nothing};
 use crate::tap::pace::Pace;
 use crate::tap::scans::{Scan, Tap, Wire};
@@ -42,10 +44,6 @@ const QUIET: Ms = 3_000;
 /// Time for which the scanner's last answer is awaited after the end of the recording. The longest answer takes 0.14 s
 /// at 115,200 baud (23 sentences of 70 bytes); a busy host adds to it.
 const LINGER: Duration = Duration::from_millis(1_000);
-
-/// Maximum delay of a `GUARD` sentence after its last row, ms: 5 ms (design contract), 6 ms on the wire, and a margin
-/// for a busy host.
-const WORD_MS: Ms = 100;
 
 /// Arguments of `record`.
 #[derive(clap::Args, Debug)]
@@ -76,7 +74,11 @@ pub struct Args {
     /// With --module: angles of the beam, FIRST:LAST:STEP in degrees
     #[arg(long, requires = "module", default_value = "-20:50:0.25", value_parser = angles, allow_hyphen_values = true)]
     angles: SweepConfig,
-    /// Number of scans after which recording ends
+    /// Angles of the scanner's guard sweeps, FIRST:LAST:STEP in degrees; without it those that the scanner reports
+    /// (--ask), else the defaults
+    #[arg(long, value_name = "ANGLES", value_parser = angles, allow_hyphen_values = true, conflicts_with_all = ["module", "demo"])]
+    guard: Option<SweepConfig>,
+    /// Number of scans, guard sweeps included, after which recording ends
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     scans: Option<u32>,
     /// Baud rate of the radar link at the beginning; the rate that scanner and module agree on is followed
@@ -186,14 +188,15 @@ impl Received {
     /// and prints its number of rows.
     fn scans_into(&mut self, session: &mut Session<'_>, scans: &mut Vec<Scan>) {
         while let Some(scan) = self.tap.scan() {
-            let (mounting, _) = beside::mounting(&session.args.said, &self.beside);
-            let sweep = session.sweep.or(mounting.sweep);
-            let mounting = Mounting { sweep, ..mounting };
-            if let Err(error) = session.unfinished.keep(&scan, mounting) {
+            let (mounting, _) = session.mounting(&self.beside);
+            let kept = session.unfinished.keep(&scan, &mounting, &self.beside);
+            if let Err(error) = kept {
                 crate::note!("note: {error:#}: this scan is lost if the session is interrupted");
             }
             let (rows, lost) = (scan.rows.len(), scan.lost());
-            crate::note!("scan: {}, {lost} of them lost", counted(rows, "row"));
+            let (kind, _) = kinds::by_angles(&scan, &mounting);
+            let what = kinds::name(kind.unwrap_or(Kind::Scans));
+            crate::note!("{what}: {}, {lost} of them lost", counted(rows, "row"));
             scans.push(scan);
         }
     }
@@ -204,14 +207,29 @@ struct Session<'a> {
     args: &'a Args,
     /// Angles at which this program itself requests chirps; `None` if it only listens.
     sweep: Option<SweepConfig>,
+    /// Angles of guard sweeps, if the user has given them or a recording of them is played.
+    guard: Option<SweepConfig>,
     unfinished: Unfinished,
+}
+
+impl Session<'_> {
+    /// Returns what the radar link does not transmit, and a remark on its source.
+    fn mounting(&self, beside: &Beside) -> (Mounting, Option<String>) {
+        let (reported, doubt) = beside::mounting(&self.args.said, beside);
+        let mounting = Mounting {
+            sweep: self.sweep.or(reported.sweep),
+            guard: self.guard.or(reported.guard),
+            ..reported
+        };
+        (mounting, doubt)
+    }
 }
 
 /// Listens to the radar link, or acquires scans from the module itself, and writes the recordings.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let outputs = args.overwrite.reading(&args.demo);
-    outputs.check_recording(&args.output)?;
-    outputs.check(&sentences(&args.output))?;
+    outputs.ready_recording(&args.output)?;
+    outputs.ready(&sentences(&args.output))?;
     ensure!(
         !args.module || args.ports.len() == 1,
         "--module: expected one port"
@@ -224,12 +242,16 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let mut session = Session {
         args,
         sweep: args.module.then_some(args.angles),
+        guard: args.guard,
         unfinished: Unfinished::begin(&args.output)?,
     };
     let (received, scans) = match (&args.demo, args.module) {
         (Some(path), _) => {
             let demo = Demo::start(path, &args.settings.config()?)?;
-            session.sweep = Some(demo.sweep);
+            match demo.kind {
+                Kind::Scans => session.sweep = Some(demo.sweep),
+                Kind::Guard => session.guard = Some(demo.sweep),
+            }
             ask_module(&mut session, &demo.port, demo.sweep, &stop)?
         }
         (None, true) => ask_module(&mut session, &args.ports[0], args.angles, &stop)?,
@@ -427,11 +449,7 @@ fn write(
     received: Received,
     scans: Vec<Scan>,
 ) -> Result<ExitCode> {
-    let Session {
-        args,
-        sweep,
-        unfinished,
-    } = session;
+    let args = session.args;
     let Received {
         tap,
         beside,
@@ -446,10 +464,9 @@ fn write(
             [vec![what], help].concat().join("\n  ")
         );
     }
-    let (mut mounting, doubt) = beside::mounting(&args.said, &beside);
-    mounting.sweep = sweep.or(mounting.sweep);
+    let (mounting, doubt) = session.mounting(&beside);
     let meta_file = recording::meta_path(&args.output);
-    let mut gather = Gather::new(&recording::name_of(&meta_file), mounting);
+    let mut gather = Gather::new(&recording::name_of(&meta_file), mounting.clone());
     scans.iter().for_each(|scan| gather.take(scan));
     let notes = doubt.iter().chain(&gather.notes);
     notes.for_each(|note| crate::note!("note: {note}"));
@@ -464,30 +481,23 @@ fn write(
         bail!("{}", nothing(&tap, scans.len(), &pace));
     }
     let mut parts = gather.parts();
+    let mut unknown = Vec::new();
     for part in &mut parts {
-        if guarded(part, &beside) {
-            setup::mark_guard(&mut part.recording);
+        match kinds::kind((part.by_angles, &part.times), &mounting, &beside) {
+            Some(Kind::Guard) => setup::mark_guard(&mut part.recording),
+            Some(Kind::Scans) => {}
+            None => unknown.push(&*part.recording.name),
         }
     }
+    let doubt = kinds::doubt(&unknown);
+    doubt.iter().for_each(|note| crate::note!("note: {note}"));
     for part in &parts {
         let path = args.output.with_file_name(&part.recording.name);
         outputs.write_recording(&path, &part.recording)?;
         write_answers(args, outputs, &path, part, &beside)?;
     }
-    unfinished.done()?;
+    session.unfinished.done()?;
     Ok(ExitCode::SUCCESS)
-}
-
-/// Whether the scanner was in guard mode during the scans of one recording: it then sends `GUARD` instead of `SCAN`.
-fn guarded(part: &Part, beside: &Beside) -> bool {
-    let (Some(first), Some(last)) = (part.times.first(), part.times.last()) else {
-        return false;
-    };
-    // The last `GUARD` follows its sweep by some milliseconds.
-    let received =
-        (beside.lines.iter()).filter(|(at, _)| (first.0..=last.1 + WORD_MS).contains(at));
-    let tells = |word: &str| received.clone().any(|(_, line)| line.starts_with(word));
-    tells("$PSTR,GUARD,") && !tells("$PSTR,SCAN,")
 }
 
 /// Returns the path of the file of sentences beside a recording.
@@ -511,9 +521,10 @@ fn write_answers(
     };
     let Recording { name, meta, .. } = &part.recording;
     let rows = part.recording.chirps_per_scan();
+    let kind = setup::kind(&part.recording)?;
     let mut text = format!(
         "{name}: {} of {}",
-        counted(part.times.len(), "scan"),
+        counted(part.times.len(), kinds::name(kind)),
         counted(rows, "row")
     );
     if let (Some(first), Some(last)) = (
@@ -523,8 +534,7 @@ fn write_answers(
         text += &format!(", {first:.2}° to {last:.2}°");
     }
     let mut kept = String::new();
-    if setup::kind(&part.recording)? == Kind::Guard {
-        text += ", guard sweeps";
+    if kind == Kind::Guard {
         let sweeps = replay::guarded(&part.recording, &options)?;
         for (sweep, times) in sweeps.iter().zip(&part.times) {
             kept += &format!("{} r {}\n", times.1, sweep.sentence);

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Result, ensure};
 use stairscan::config::EstimatorKind;
 use stairscan::motion::Mode;
 
@@ -95,9 +95,10 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         paths.len()
     );
     let outputs = args.overwrite.reading(&paths);
-    args.film
-        .iter()
-        .try_for_each(|file| outputs.check_kind(file, &["svg"]))?;
+    if let Some(file) = &args.film {
+        outputs.check_kind(file, &["svg"])?;
+        outputs.ready(file)?;
+    }
     let bar = progress_aside(paths.len() as u64);
     for path in &paths {
         let shown = scan(path, args, &options, &outputs);
@@ -112,8 +113,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 
 /// Prints the answers and guard sweeps of a log. A fault sets the exit status to 1.
 fn logged(path: &Path, format: Format) -> Result<ExitCode> {
-    let log = logs::read(path)?;
-    let log = log.with_context(|| format!("{}: no log of sentences", path.display()))?;
+    let log = logs::expect(path)?;
     let mut good = true;
     for (_, answer) in log.answers() {
         good &= show(Ok(answer), None, format);

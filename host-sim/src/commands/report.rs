@@ -59,6 +59,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let outputs = args.overwrite.reading(&paths);
     let file = args.output.clone().unwrap_or_else(|| own_name(args));
     outputs.check_kind(&file, &["html", "htm"])?;
+    outputs.ready(&file)?;
     if args.compare {
         return beside(args, &options, &paths, (&outputs, &file));
     }

@@ -65,7 +65,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             get: Some(path), ..
         } => {
             let outputs = args.overwrite.reading::<&PathBuf>([]);
-            outputs.check(path)?;
+            outputs.ready(path)?;
             let mut talk = open()?;
             let version = talk.version()?;
             let reported = talk.settings()?;

@@ -122,7 +122,7 @@ impl Guard {
 
     fn run(&self) -> Result<ExitCode> {
         let outputs = self.overwrite.reading([&self.scene]);
-        outputs.check_recording(&self.output)?;
+        outputs.ready_recording(&self.output)?;
         let bar = busy("the simulated radar sweeps");
         let name = self
             .output

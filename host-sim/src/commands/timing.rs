@@ -15,15 +15,17 @@ use stairscan::signal::radar::wire::{RowTimes, SLACK_US, Wire};
 
 use super::{Format, emit};
 use crate::budgets::{CHIRP, POST};
+use crate::setting_file::table;
 use guard::ms;
 
 /// Prints how long a scan takes, part by part: stopping at every angle and turning through them, at the
 /// link's three rates, beside the chirps alone; then guard sweeps a second for each module.
 #[derive(clap::Args, Debug)]
 pub struct Args {
-    /// Settings that differ from the defaults, as in the image's `set`: KEY=VALUE
+    /// Settings that differ from the defaults: KEY=VALUE with a unit, such as settle=3ms, or as a whole number as in the
+    /// scanner's `set`
     #[arg(value_parser = parse_setting)]
-    settings: Vec<(String, String)>,
+    settings: Vec<(&'static str, String)>,
     /// Rates of the link, baud.
     #[arg(long, value_delimiter = ',', default_values_t = [1_000_000, 2_000_000, 3_000_000],
           value_parser = clap::value_parser!(u32).range(9_600..=12_000_000))]
@@ -39,9 +41,16 @@ pub struct Args {
     format: Format,
 }
 
-fn parse_setting(text: &str) -> Result<(String, String), String> {
+fn parse_setting(text: &str) -> Result<(&'static str, String), String> {
     let (key, value) = text.split_once('=').ok_or("expected KEY=VALUE")?;
-    Ok((key.to_owned(), value.to_owned()))
+    let row = table::row(key.trim()).ok_or_else(|| format!("{key}: no such setting"))?;
+    let value = value.trim();
+    // A number alone counts in the unit of the scanner's command.
+    let value = match value.parse::<i64>() {
+        Ok(_) => value.to_owned(),
+        Err(_) => row.without_unit(value)?,
+    };
+    Ok((row.key, value))
 }
 
 /// Clocks of the core per microsecond. The budgets count instructions; the Cortex-M4F executes at best one each
@@ -238,8 +247,7 @@ pub fn modes(settings: &Settings, wires: &[Wire]) -> Result<Vec<ScanTime>> {
 pub fn run(args: &Args) -> Result<ExitCode> {
     let mut settings = Settings::default();
     for (key, value) in &args.settings {
-        let known = Settings::key(key).ok_or_else(|| anyhow!("{key}: no such setting"))?;
-        settings.set(known, value).map_err(|e| anyhow!("{e}"))?;
+        settings.set(key, value).map_err(|e| anyhow!("{e}"))?;
     }
     let (ahead, pin) = (!args.one_at_a_time, args.pin);
     let wire = |&baud| Wire { baud, ahead, pin };
@@ -298,6 +306,37 @@ mod tests {
             .iter()
             .find(|t| t.mode == mode && t.baud == Some(baud));
         found.unwrap().total()
+    }
+
+    #[test]
+    fn a_setting_is_given_with_its_unit_or_as_the_scanner_counts_it() {
+        for (text, key, value) in [
+            ("settle=3000", "settle", "3000"),
+            ("settle=3ms", "settle", "3000"),
+            ("settle = 0.003 s", "settle", "3000"),
+            ("guard-last=44°", "guard-last", "44000"),
+            ("mount-height=43cm", "mount-height", "43000"),
+            ("link-rate=2Mbaud", "link-rate", "2000000"),
+            ("speed=360deg/s", "speed", "51200"),
+            ("sweep-mode=stop", "sweep-mode", "stop"),
+        ] {
+            assert_eq!(parse_setting(text), Ok((key, value.to_owned())), "{text}");
+        }
+        for (text, part) in [
+            ("settle", "expected KEY=VALUE"),
+            ("setle=3ms", "setle: no such setting"),
+            (
+                "settle=3cm",
+                "settle: found \"3cm\", expected a number and its unit (s, ms",
+            ),
+            (
+                "settle=0.5us",
+                "settle: found \"0.5us\", expected a whole number of us",
+            ),
+        ] {
+            let error = parse_setting(text).unwrap_err();
+            assert!(error.contains(part), "{text}: {error}");
+        }
     }
 
     #[test]

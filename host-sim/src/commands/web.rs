@@ -41,6 +41,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     };
     let file = args.output.clone().unwrap_or_else(|| own.into());
     outputs.check_kind(&file, &["html", "htm"])?;
+    outputs.ready(&file)?;
     let read = |path: &PathBuf| Recording::read(path);
     let mut stock: Vec<Recording> = paths.iter().map(read).collect::<Result<_>>()?;
     if args.recordings.is_empty() {

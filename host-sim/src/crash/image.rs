@@ -10,6 +10,8 @@ use object::SectionFlags;
 use object::read::{Object, ObjectSection, ObjectSymbol};
 use stairscan::crc;
 
+use crate::emulate::image::file;
+
 /// Bytes of a section.
 pub type Slice<'data> = EndianSlice<'data, LittleEndian>;
 
@@ -37,10 +39,10 @@ impl<'data> Image<'data> {
     /// Parses the bytes of the ELF file `elf`.
     ///
     /// # Errors
-    /// The file is no ELF file, or has no debugging information; the message names it.
+    /// The file is no ELF file, no image of this scanner, or has no debugging information; the message names it.
     pub fn parse(elf: &Path, bytes: &'data [u8]) -> Result<Self> {
         let name = || format!("{}: no image with debugging information", elf.display());
-        let file = object::File::parse(bytes).with_context(name)?;
+        let file = file(elf, bytes)?;
         let dwarf = dwarf(&file).with_context(name)?;
         anyhow::ensure!(!dwarf.debug_info.reader().is_empty(), name());
         let lines = Context::from_dwarf(dwarf).with_context(name)?;

@@ -121,7 +121,10 @@ mod tests {
                 String::new(),
                 "no sentence of a scanner with a right CRC-32: it is empty",
             ),
-            ("$PSTR,BOOT,1*00000000".to_owned(), "received damaged"),
+            (
+                "$PSTR,BOOT,1*00000000".to_owned(),
+                "its sentences are damaged",
+            ),
             (boot(CrashSite::NONE), "no crash in 1 sentence:"),
             (none.to_string(), "with none"),
         ] {

@@ -7,6 +7,7 @@ use std::process::Command;
 use anyhow::{Context, Result, ensure};
 use object::read::{Object, ObjectSection, ObjectSymbol};
 use object::{RelocationTarget, SectionFlags, SectionKind, SymbolKind};
+use stairscan::scanner::seal::SECTION;
 
 use super::building::watched;
 use super::seal::seal;
@@ -151,12 +152,27 @@ fn parse<'data>(elf: &Path, bytes: &'data [u8]) -> Result<object::File<'data>> {
     Ok(file)
 }
 
-/// Checks that the emulator can boot a file.
+/// Checks that the emulator can boot a file as an image of the scanner.
 ///
 /// # Errors
-/// The file is missing, is not an ELF file, or is for another processor; the message names it.
+/// The file is missing, or those of [`file`].
 pub fn check(elf: &Path) -> Result<()> {
-    parse(elf, &bytes(elf)?).map(|_| ())
+    file(elf, &bytes(elf)?).map(|_| ())
+}
+
+/// Parses the bytes of the ELF file `elf`, which must be an image of the scanner: it has the section of the image's own
+/// checksum.
+///
+/// # Errors
+/// The file is not an ELF file, is for another processor, or is another program; the message names it.
+pub fn file<'data>(elf: &Path, bytes: &'data [u8]) -> Result<object::File<'data>> {
+    let file = parse(elf, bytes)?;
+    ensure!(
+        file.section_by_name(SECTION).is_some(),
+        "{}: no image of this scanner, which has a section {SECTION}: expected that which `cargo firmware` builds",
+        elf.display()
+    );
+    Ok(file)
 }
 
 impl Image {

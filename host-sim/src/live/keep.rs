@@ -12,6 +12,7 @@ use anyhow::{Context, Result, bail};
 
 use super::Ms;
 use crate::output::no_stdout;
+use crate::recording::writable;
 
 /// Maximum number of recorded sessions, a file each, in a directory.
 const MAX_SESSIONS: u32 = 9_999;
@@ -36,14 +37,23 @@ impl Drop for Keep {
 }
 
 impl Keep {
+    /// Checks that a session can be recorded in `dir`, which is created if it is missing.
+    ///
+    /// # Errors
+    /// The directory cannot be created, or no file in it; the message names the path.
+    pub fn check(dir: &Path) -> Result<()> {
+        no_stdout(dir)?;
+        fs::create_dir_all(dir).with_context(|| format!("{}", dir.display()))?;
+        writable(&dir.join("live-000.txt"))
+    }
+
     /// Creates a new file in `dir`, with the remark `about` as its first line; the directory is created if it is
     /// missing. Existing files are never overwritten.
     ///
     /// # Errors
     /// The directory or the file cannot be created; the message names the path.
     pub fn begin(dir: &Path, about: &str) -> Result<Self> {
-        no_stdout(dir)?;
-        fs::create_dir_all(dir).with_context(|| format!("{}", dir.display()))?;
+        Self::check(dir)?;
         for number in 1..=MAX_SESSIONS {
             let path = dir.join(format!("live-{number:03}.txt"));
             match OpenOptions::new().append(true).create_new(true).open(&path) {

@@ -49,6 +49,7 @@ pub fn check(typed: &str) -> Checked {
         _ if command::is_framed(typed) => typed.to_owned(),
         Command::Set(key, value) => sentence(&["set", key, value]),
         Command::Save => sentence(&["save"]),
+        Command::Update => sentence(&["update"]),
         Command::Calibrate(task) => {
             let (wall, date) = (task.wall_mm.to_string(), task.date.to_string());
             sentence(&["calibrate", &wall, &date])
@@ -114,7 +115,12 @@ mod tests {
         assert!(why.contains("Enter sends this one"), "{why}");
         // The proposed line itself is sent.
         assert_eq!(check(&line), Checked::Send(line));
-        for typed in ["save", "calibrate 1500 20261122", "set,mount-height,41000"] {
+        for typed in [
+            "save",
+            "update",
+            "calibrate 1500 20261122",
+            "set,mount-height,41000",
+        ] {
             let (line, _) = offered(typed);
             assert!(
                 command::is_framed(&line) && command::parse(&line).is_ok(),

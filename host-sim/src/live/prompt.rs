@@ -39,13 +39,15 @@ pub enum Own {
     Quit,
 }
 
-/// Lines of the help, which stand in place of the last sentences until it is closed.
-pub const HELP: [&str; 5] = [
+/// Lines of the help, which stand in place of the last sentences until it is closed. All but the last are commands to the
+/// scanner, up to a colon; a test compares them with the scanner's own list.
+pub const HELP: [&str; 6] = [
     "scan | start | stop | reset: one scan, continuous, stop, clear history",
-    "status | version | selftest: state of the scanner",
+    "guard on|off | watch on|off: sweeps of the free distance, full scans",
+    "status | version | selftest | crash? | crash-clear: state, last crash",
     "get [KEY] | set KEY VALUE | save: settings (docs/user/hardware.md)",
-    "calibrate WALL_MM YYYYMMDD: mounting. PageUp, PageDown: older, newer",
-    "?, Esc, q: this text, close it, end. All commands: docs/user/report.md",
+    "calibrate WALL_MM YYYYMMDD | update: mounting, to the boot loader",
+    "PageUp, PageDown: older, newer; ?, Esc, q: this text, close it, end",
 ];
 
 /// The command line with its history. Only ASCII can be typed: commands contain nothing else.
@@ -208,6 +210,10 @@ impl Prompt {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
+
+    use stairscan::scanner::command;
+
     use super::*;
 
     fn typed(prompt: &mut Prompt, text: &str) -> Option<String> {
@@ -246,6 +252,27 @@ mod tests {
         // The second Enter sends the line nevertheless.
         assert_eq!(typed(&mut prompt, "scna"), None);
         assert_eq!(prompt.enter().as_deref(), Some("scna"));
+    }
+
+    #[test]
+    fn the_help_has_every_command_of_the_scanner_and_no_other() {
+        let known = command::parse("?").unwrap_err().error.expected;
+        let known: BTreeSet<&str> = known.split(' ').filter(|word| *word != "or").collect();
+        assert!(known.contains("guard") && known.len() > 10, "{known:?}");
+        let (_, lines) = HELP.split_last().unwrap();
+        let commands = lines.iter().flat_map(|line| {
+            let (commands, _) = line.split_once(": ").unwrap();
+            commands
+                .split(" | ")
+                .map(|one| one.split(' ').next().unwrap())
+        });
+        assert_eq!(commands.collect::<BTreeSet<_>>(), known);
+        for word in known {
+            // The word itself is known, whatever arguments it lacks.
+            let parsed = command::parse(word);
+            let named = parsed.map_or_else(|bad| bad.command, |command| command.word());
+            assert_eq!(named, word);
+        }
     }
 
     #[test]

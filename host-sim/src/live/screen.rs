@@ -24,6 +24,10 @@ const TABLE: u16 = 43;
 const GUARD: u16 = 9;
 /// Minimum height of the side view of an answer below them, rows.
 const MIN_VIEW: u16 = 8;
+/// Height of side view and table from which on the last sentences have room below them, rows.
+const MIDDLE: usize = 8;
+/// Maximum height of the last sentences, rows.
+const LOG: usize = 7;
 /// Maximum number of reasons that are explained; further ones are only counted.
 const REASONS: usize = 4;
 
@@ -43,38 +47,47 @@ pub fn draw(frame: &mut Frame<'_>, state: &State, prompt: &Prompt, now: Ms) {
         frame.render_widget(Paragraph::new(text).wrap(Wrap { trim: true }), area);
         return;
     }
-    let trouble = trouble(state, now);
-    let mut verdict = verdict(state, now, usize::from(area.width));
+    let width = usize::from(area.width);
+    let mut head = title(state, width);
+    head.extend(trouble(state, now, width));
+    let mut verdict = verdict(state, now, width);
     verdict.extend(
         state
             .guard
             .iter()
             .flat_map(|guard| guarded::lines(guard, now)),
     );
+    let pulse = pulse(state, now, width);
+    let command_line = command_line(state, prompt, now, width);
     let lines = |count: usize| Constraint::Length(count as u16);
+    let taken = head.len() + verdict.len() + pulse.len() + command_line.len();
+    let room = usize::from(area.height).saturating_sub(taken);
     let rows = Layout::vertical([
-        lines(1 + trouble.len()),
+        lines(head.len()),
         lines(verdict.len()),
-        Constraint::Min(8),
-        lines(1),
-        match prompt.helping {
-            true => lines(HELP.len() + 2),
-            false => Constraint::Max(7),
-        },
-        lines(3),
+        Constraint::Min(0),
+        lines(pulse.len()),
+        lines(match prompt.helping {
+            true => HELP.len() + 2,
+            false => room.saturating_sub(MIDDLE).min(LOG),
+        }),
+        lines(command_line.len()),
     ])
     .split(area);
-    let mut head = vec![title(state)];
-    head.extend(trouble);
     frame.render_widget(Paragraph::new(head), rows[0]);
     frame.render_widget(Paragraph::new(verdict), rows[1]);
     middle(frame, rows[2], state, now);
-    frame.render_widget(Paragraph::new(pulse(state, now)), rows[3]);
+    frame.render_widget(Paragraph::new(pulse), rows[3]);
     match prompt.helping {
         true => help(frame, rows[4]),
         false => log(frame, rows[4], state),
     }
-    command_line(frame, rows[5], state, prompt, now);
+    frame.render_widget(Paragraph::new(command_line), rows[5]);
+    let column = area.x + 3 + prompt.cursor as u16;
+    frame.set_cursor_position(Position::new(
+        column.min(area.right().saturating_sub(1)),
+        rows[5].y,
+    ));
 }
 
 /// Draws the last answer, or the guard while it sweeps; both, one above the other, where the terminal is high enough.
@@ -102,8 +115,8 @@ fn middle(frame: &mut Frame<'_>, area: Rect, state: &State, now: Ms) {
     table(frame, steps, answer, fresh);
 }
 
-/// Returns the line with the port and its state.
-fn title(state: &State) -> Line<'static> {
+/// Returns the lines with the port and its state.
+fn title(state: &State, width: usize) -> Vec<Line<'static>> {
     let link = match &state.link {
         Link::Opening => "opening".to_owned(),
         Link::Open(_) if state.reopened > 0 => format!("open (reconnected {}x)", state.reopened),
@@ -118,12 +131,12 @@ fn title(state: &State) -> Line<'static> {
         "" => String::new(),
         about => format!(", {about}"),
     };
-    let text = format!(" stairscan live   {}{speed}{about}: {link}", state.port);
-    Line::styled(text, BOLD)
+    let text = format!("{}{speed}{about}: {link}", state.port);
+    styled(" stairscan live   ", &text, width, BOLD)
 }
 
 /// Returns the lines with the fault of the port and its remedies; none without a fault.
-fn trouble(state: &State, now: Ms) -> Vec<Line<'static>> {
+fn trouble(state: &State, now: Ms, width: usize) -> Vec<Line<'static>> {
     let (since, (what, helps)) = match (&state.link, state.unexpected_data(now)) {
         (Link::Away(since, trouble), _) => {
             let gone = matches!(trouble, Trouble::Unplugged(_));
@@ -133,14 +146,13 @@ fn trouble(state: &State, now: Ms) -> Vec<Line<'static>> {
         _ => return Vec::new(),
     };
     let since = since.map(|since| format!(", {} ago", span(now.saturating_sub(since))));
-    let mut lines = vec![Line::styled(
-        format!(" ! {what}{}", since.unwrap_or_default()),
-        Style::new().fg(Color::Red).add_modifier(Modifier::BOLD),
-    )];
+    let what = format!("{what}{}", since.unwrap_or_default());
+    let red = Style::new().fg(Color::Red).add_modifier(Modifier::BOLD);
+    let mut lines = styled(" ! ", &what, width, red);
     lines.extend(
         helps
-            .into_iter()
-            .map(|help| Line::styled(format!("   {help}"), WARN)),
+            .iter()
+            .flat_map(|help| styled("   ", help, width, WARN)),
     );
     lines
 }
@@ -186,9 +198,7 @@ fn verdict(state: &State, now: Ms, width: usize) -> Vec<Line<'static>> {
     let reasons: Vec<_> = answer.scan.reasons.iter().collect();
     for reason in reasons.iter().take(REASONS) {
         let meaning = format!("{}: {}", reason.as_str(), reason.meaning());
-        lines.extend(
-            wrapped(&meaning, width.saturating_sub(4)).map(|line| Line::styled(line, text)),
-        );
+        lines.extend(styled("   ", &meaning, width.saturating_sub(4), text));
     }
     if let Some(more @ 1..) = reasons.len().checked_sub(REASONS) {
         lines.push(Line::styled(
@@ -199,22 +209,30 @@ fn verdict(state: &State, now: Ms, width: usize) -> Vec<Line<'static>> {
     lines
 }
 
-/// Wraps `text` to lines of at most `width` characters, indented.
-fn wrapped(text: &str, width: usize) -> impl Iterator<Item = String> {
-    let mut lines = vec![String::from("  ")];
+/// Wraps `text` behind `before` to lines of at most `width` characters, the further ones indented. Longer words are
+/// divided.
+fn styled(before: &str, text: &str, width: usize, style: Style) -> Vec<Line<'static>> {
+    const INDENT: &str = "      ";
+    let (mut lines, mut line) = (Vec::new(), before.to_owned());
+    let mut begun = false;
     for word in text.split(' ') {
-        let full = lines
-            .last()
-            .is_none_or(|line| line.len() + 1 + word.len() > width);
-        if full {
-            lines.push("     ".to_owned());
-        }
-        if let Some(line) = lines.last_mut() {
+        let space = usize::from(begun);
+        if begun && line.chars().count() + space + word.chars().count() > width {
+            lines.push(std::mem::replace(&mut line, INDENT.to_owned()));
+        } else if begun {
             line.push(' ');
-            line.push_str(word);
         }
+        for c in word.chars() {
+            if line.chars().count() >= width.max(INDENT.len() + 1) {
+                lines.push(std::mem::replace(&mut line, INDENT.to_owned()));
+            }
+            line.push(c);
+        }
+        begun = true;
     }
-    lines.into_iter()
+    lines.push(line);
+    let lines = lines.into_iter();
+    lines.map(|line| Line::styled(line, style)).collect()
 }
 
 /// Returns the summary of an answer without its status, for example `3 steps up, valid up to 1.0 m,
@@ -275,10 +293,10 @@ fn table(frame: &mut Frame<'_>, area: Rect, answer: Option<&Answer>, fresh: bool
     );
 }
 
-/// Returns the line with the contents of the last `LIVE` sentence.
-fn pulse(state: &State, now: Ms) -> Line<'static> {
+/// Returns the lines with the contents of the last `LIVE` sentence.
+fn pulse(state: &State, now: Ms, width: usize) -> Vec<Line<'static>> {
     let Some(pulse) = &state.pulse else {
-        return Line::styled(" No LIVE yet.", GREY);
+        return vec![Line::styled(" No LIVE yet.", GREY)];
     };
     let Pulse {
         state: what,
@@ -289,7 +307,7 @@ fn pulse(state: &State, now: Ms) -> Line<'static> {
     } = pulse;
     let up = span(u64::from(pulse.uptime_ms));
     let text = format!(
-        " {what}, scan {scan}, up {up} | motion {motion}, {} | \
+        "{what}, scan {scan}, up {up} | motion {motion}, {} | \
          refused {refused}, damaged {damaged}, link errors {link}",
         counted(*motion_faults, "fault")
     );
@@ -297,13 +315,13 @@ fn pulse(state: &State, now: Ms) -> Line<'static> {
         Validity::Unplugged | Validity::Silent(_) => GREY,
         _ => Style::new(),
     };
-    Line::styled(text, style)
+    styled(" ", &text, width, style)
 }
 
 /// Draws the help.
 fn help(frame: &mut Frame<'_>, area: Rect) {
     let lines: Vec<_> = HELP.map(Line::raw).into();
-    let block = Block::bordered().title(" Help: Esc closes it ");
+    let block = Block::bordered().title(" Help: Esc closes it; all commands: docs/user/report.md ");
     frame.render_widget(Paragraph::new(lines).block(block), area);
 }
 
@@ -331,48 +349,40 @@ fn log(frame: &mut Frame<'_>, area: Rect, state: &State) {
     frame.render_widget(Paragraph::new(lines).block(block), area);
 }
 
-/// Draws the command line, its note, and the reply to the last command.
-fn command_line(frame: &mut Frame<'_>, area: Rect, state: &State, prompt: &Prompt, now: Ms) {
-    let typed = Line::from(vec![
+/// Returns the command line, its note, and the reply to the last command.
+fn command_line(state: &State, prompt: &Prompt, now: Ms, width: usize) -> Vec<Line<'static>> {
+    let mut lines = vec![Line::from(vec![
         Span::styled(" > ", BOLD),
         Span::raw(prompt.text.clone()),
-    ]);
-    let note = Line::styled(format!("   {}", prompt.note), WARN);
-    let help = "   Enter sends, Up and Down: history, Esc clears, q ends, ? helps";
-    let note = match prompt.note.is_empty() {
-        false => note,
-        true => Line::styled(help, GREY),
-    };
-    frame.render_widget(Paragraph::new(vec![typed, note, asked(state, now)]), area);
-    let column = area.x + 3 + prompt.cursor as u16;
-    frame.set_cursor_position(Position::new(
-        column.min(area.right().saturating_sub(1)),
-        area.y,
-    ));
+    ])];
+    let help = "Enter sends, Up and Down: history, Esc clears, q ends, ? helps";
+    lines.extend(match prompt.note.is_empty() {
+        false => styled("   ", &prompt.note, width, WARN),
+        true => styled("   ", help, width, GREY),
+    });
+    lines.extend(asked(state, now, width));
+    lines
 }
 
-/// Returns the line with the last command and its reply.
-fn asked(state: &State, now: Ms) -> Line<'static> {
+/// Returns the lines with the last command and its reply.
+fn asked(state: &State, now: Ms, width: usize) -> Vec<Line<'static>> {
     let Some(asked) = &state.asked else {
-        return Line::raw("");
+        return vec![Line::raw("")];
     };
-    match &asked.reply {
+    let (text, style) = match &asked.reply {
         Some((at, text, good)) => {
             let took = span(at.saturating_sub(asked.at));
-            let style = if *good {
-                Style::new().fg(Color::Cyan)
-            } else {
-                WARN
+            let style = match good {
+                true => Style::new().fg(Color::Cyan),
+                false => WARN,
             };
-            Line::styled(format!("   {}: {text} (after {took})", asked.text), style)
+            (format!("{text} (after {took})"), style)
         }
-        None if asked.overdue(now) => {
-            let text = format!(
-                "   {}: no answer. Is the adapter's TX connected to J2 pin 3 (REPORT_RX)?",
-                asked.text
-            );
-            Line::styled(text, WARN)
-        }
-        None => Line::styled(format!("   {}: sent", asked.text), GREY),
-    }
+        None if asked.overdue(now) => (
+            "no answer. Is the adapter's TX connected to J2 pin 3 (REPORT_RX)?".to_owned(),
+            WARN,
+        ),
+        None => ("sent".to_owned(), GREY),
+    };
+    styled("   ", &format!("{}: {text}", asked.text), width, style)
 }

@@ -48,6 +48,20 @@ impl Row {
         limits.map_or_else(String::new, |(least, most)| format!("{least} to {most}"))
     }
 
+    /// Converts `text` from the notation of files, a number with its unit or a word, to that of commands: `0.4 m` to
+    /// `40000`. A word is unchanged; the scanner checks it.
+    ///
+    /// # Errors
+    /// Names the setting, and what was found and expected.
+    pub fn without_unit(&self, text: &str) -> Result<String, String> {
+        if !self.words.is_empty() {
+            return Ok(text.to_owned());
+        }
+        let number = self.unit.parse(self.key, text);
+        let number = number.map_err(|expected| format!("{}: found {text:?}, {expected}", self.key));
+        number.map(|number| number.to_string())
+    }
+
     /// Converts `value` from the notation of commands to that of files: `0.4 m` for `40000`. A value that is not a
     /// number is unchanged.
     pub fn with_unit(&self, value: &str) -> String {

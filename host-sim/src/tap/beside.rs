@@ -7,7 +7,7 @@ use stairscan::motion::Mode;
 use stairscan::report::Sentence;
 use stairscan::scanner::Settings;
 
-use super::gather::Mounting;
+use super::mounting::Mounting;
 use crate::live::Ms;
 use crate::recording::{KeyLimits, MirrorSetup};
 
@@ -80,15 +80,20 @@ impl Beside {
         )
     }
 
-    /// Returns the schedule of angles and the chirp's duration (µs); `None` for either that has not
-    /// been reported.
-    fn reported(&self) -> (Option<SweepConfig>, Option<u32>) {
+    /// Returns the schedules of the angles of full scans and of guard sweeps, and the chirp's duration (µs); `None` for
+    /// each that has not been reported.
+    fn reported(&self) -> ([Option<SweepConfig>; 2], Option<u32>) {
         let (settings, _) = self.settings();
-        let keys = ["first-angle", "angle-step", "angle-count"];
-        let all = keys.iter().all(|key| self.settings.contains_key(*key));
+        let all = |keys: [&str; 3]| keys.iter().all(|key| self.settings.contains_key(*key));
+        let full = all(["first-angle", "angle-step", "angle-count"]);
+        let guard = all(["guard-first", "guard-last", "guard-step"]);
         let chirp = settings.timing.chirp_duration;
         let us = (self.settings.contains_key("chirp-duration") && chirp > 0).then_some(chirp);
-        (all.then_some(settings.config.sweep), us)
+        let sweeps = [
+            full.then_some(settings.config.sweep),
+            guard.then(|| settings.guard.sweep()),
+        ];
+        (sweeps, us)
     }
 }
 
@@ -171,10 +176,11 @@ pub fn mounting(args: &MountingArgs, beside: &Beside) -> (Mounting, Option<Strin
             setup.beamwidth_deg
         )
     });
-    let (sweep, chirp_us) = beside.reported();
+    let ([sweep, guard], chirp_us) = beside.reported();
     let mounting = Mounting {
         setup,
         sweep,
+        guard,
         chirp_us,
     };
     (mounting, note)

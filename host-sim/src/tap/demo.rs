@@ -14,7 +14,7 @@ use stairscan::config::{Config, SweepConfig};
 use crate::emulate::Module;
 use crate::playback::Playback;
 use crate::recording::Recording;
-use crate::setup;
+use crate::setup::{self, Kind};
 
 /// Maximum time to wait for bytes before the thread checks whether to stop.
 const LOOK: Duration = Duration::from_millis(5);
@@ -28,6 +28,8 @@ pub struct Demo {
     pub port: String,
     /// Schedule of the angles for which the recording has chirps.
     pub sweep: SweepConfig,
+    /// Kind of the scans that the recording holds.
+    pub kind: Kind,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
@@ -41,6 +43,7 @@ impl Demo {
         let (recording, config) = (Recording::read(path)?, *config);
         Playback::new(&recording, &config)?;
         let sweep = setup::schedule(&recording, 0)?.sweep;
+        let kind = setup::kind(&recording)?;
         let (mut master, slave) = TTYPort::pair().context("no pseudo-terminal")?;
         let port = slave.name().context("a pseudo-terminal without a name")?;
         let stop = Arc::new(AtomicBool::new(false));
@@ -66,6 +69,7 @@ impl Demo {
         Ok(Self {
             port,
             sweep,
+            kind,
             stop,
             thread: Some(thread),
         })

@@ -2,30 +2,23 @@
 //!
 //! A recording contains consecutive scans of the same angles, alternately forward and backward. A new recording
 //! begins with: a scan with missing rows (which is a recording of its own, without them), the scan after one
-//! that was left out, other settings of the module, a second scan in the same direction.
+//! that was left out, other settings of the module, a second scan in the same direction, a guard sweep after a full
+//! scan.
 
 use stairscan::config::{RadarConfig, SweepConfig};
 
+use super::kinds;
+use super::mounting::Mounting;
 use super::scans::Scan;
 use super::sweep::{self, Sweep};
 use crate::live::Ms;
-use crate::recording::{Metadata, MirrorSetup, Recording};
+use crate::recording::{Metadata, Recording};
+use crate::setup::Kind;
 
 /// Minimum number of rows with a chirp for a scan to be recorded.
 const FEWEST: usize = 3;
 /// Maximum duration of a recording, ms: one hour.
 const LONGEST: Ms = 3_600_000;
-
-/// Properties of the scanner that the radar link does not transmit.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Mounting {
-    /// Mirror, beam width, height and plane.
-    pub setup: MirrorSetup,
-    /// Schedule of the scanner's angles; `None` if it is not known.
-    pub sweep: Option<SweepConfig>,
-    /// Duration of a chirp, µs; `None` if it is not known.
-    pub chirp_us: Option<u32>,
-}
 
 /// One of the recordings into which a session's scans are collected, with the times of its scans.
 #[derive(Clone, Debug)]
@@ -34,6 +27,8 @@ pub struct Part {
     pub recording: Recording,
     /// Times of the first and the last trigger of each scan, ms since the session began, in the order of the scans.
     pub times: Vec<(Ms, Ms)>,
+    /// Kind of the scans by their angles; `None` if these do not show it.
+    pub by_angles: Option<Kind>,
     /// Properties that the next scan must share to be added to this recording.
     kind: RecordingKind,
     /// Whether the last scan went from the last angle of its schedule to the first.
@@ -48,6 +43,7 @@ struct RecordingKind {
     chirps: u8,
     /// Schedule of the angles; `None` if the angles follow no schedule.
     sweep: Option<SweepConfig>,
+    by_angles: Option<Kind>,
     whole: bool,
 }
 
@@ -118,13 +114,7 @@ impl Gather {
         if received < FEWEST {
             return Err(format!("{received} chirps were received ({})", scan.losses));
         }
-        let plane = self.mounting.setup.plane;
-        let angles: Vec<i32> = scan.rows.iter().map(|row| row.angle).collect();
-        let reported = self
-            .mounting
-            .sweep
-            .and_then(|reported| sweep::follows(&reported, &angles, plane));
-        let found = reported.or_else(|| sweep::schedule(&angles, plane));
+        let (by_angles, found) = kinds::by_angles(scan, &self.mounting);
         self.check_end(found.as_ref())?;
         if found.is_none() {
             self.note("its angles follow no schedule of this motor: recorded as the shaft's own");
@@ -141,39 +131,48 @@ impl Gather {
             radar,
             chirps: scan.chirps,
             sweep: found.as_ref().map(|found| found.config),
+            by_angles,
             whole: scan.lost() == 0,
         };
         self.add(scan, kind, found.as_ref());
         Ok(())
     }
 
-    /// Rejects a scan that ended before the last angle of the schedule, if the schedule is known.
+    /// Rejects a scan that ended before the last angle of its schedule, if a schedule of the same angle step is known.
     fn check_end(&self, found: Option<&Sweep>) -> Result<(), String> {
-        let before = self.parts.last().and_then(|part| part.kind.sweep);
-        let (Some(known), Some(found)) = (self.mounting.sweep.or(before), found) else {
-            return Ok(());
+        let Some(found) = found else { return Ok(()) };
+        let angle = |row: usize| {
+            let row = u16::try_from(row).unwrap_or(u16::MAX);
+            found.config.angle(row)
         };
-        let end =
-            |sweep: &SweepConfig, row: usize| sweep.first_angle + sweep.angle_step * row as i32;
-        let last = end(&known, usize::from(known.angle_count) - 1);
         let rows = (found.rows.iter().min(), found.rows.iter().max());
         let (Some(first_row), Some(last_row)) = rows else {
             return Ok(());
         };
-        let (low, high) = (
-            end(&found.config, *first_row),
-            end(&found.config, *last_row),
-        );
-        let within = low >= known.first_angle && high <= last;
-        if within && (low > known.first_angle || high < last) {
-            let degrees = |angle: i32| f64::from(angle) / 1000.0;
-            return Err(format!(
-                "it went from {}° to {}° only, of {}° to {}°",
-                degrees(low),
-                degrees(high),
-                degrees(known.first_angle),
-                degrees(last)
-            ));
+        let (low, high) = (angle(*first_row), angle(*last_row));
+        let before = self.parts.last().and_then(|part| part.kind.sweep);
+        let reported = [self.mounting.sweep, self.mounting.guard];
+        let known = match reported {
+            [None, None] => [before, None],
+            _ => reported,
+        };
+        let last = |known: &SweepConfig| known.angle(known.angle_count.saturating_sub(1));
+        // The whole schedule is none that has ended early, whatever others are known.
+        if (known.iter().flatten()).any(|known| (low, high) == (known.first_angle, last(known))) {
+            return Ok(());
+        }
+        for known in known.into_iter().flatten() {
+            let within = low >= known.first_angle && high <= last(&known);
+            if within && sweep::is_same_step(&found.config, &known) {
+                let degrees = |angle: i32| f64::from(angle) / 1000.0;
+                return Err(format!(
+                    "it went from {}° to {}° only, of {}° to {}°",
+                    degrees(low),
+                    degrees(high),
+                    degrees(known.first_angle),
+                    degrees(last(&known))
+                ));
+            }
         }
         Ok(())
     }
@@ -263,6 +262,7 @@ impl Gather {
                 samples: Vec::new(),
             },
             times: Vec::new(),
+            by_angles: kind.by_angles,
             kind,
             backward,
         }

@@ -7,6 +7,8 @@
 //! | [`pace`] | the bit rate of the link, which the ports follow |
 //! | [`scans`] | assembles requests and answers into scans, row by row |
 //! | [`sweep`] | finds the schedule of angles behind the triggers |
+//! | [`kinds`] | tells guard sweeps from full scans |
+//! | [`mounting`] | properties of the scanner that the link does not transmit |
 //! | [`gather`] | collects scans into recordings, within the limits of the format |
 //! | [`beside`] | the scanner's report port meanwhile: its answers and settings |
 //! | [`unfinished`] | completed scans, kept in case the session is interrupted |
@@ -20,7 +22,9 @@ pub mod ask;
 pub mod beside;
 pub mod demo;
 pub mod gather;
+pub mod kinds;
 pub mod listen;
+pub mod mounting;
 pub mod nothing;
 pub mod pace;
 pub mod scans;

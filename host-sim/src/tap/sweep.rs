@@ -69,6 +69,29 @@ pub fn follows(config: &SweepConfig, angles: &[i32], plane: Plane) -> Option<Swe
     })
 }
 
+impl Sweep {
+    /// Whether the triggers are neighbouring rows of the schedule, except where some were not received.
+    pub fn is_dense(&self) -> bool {
+        let mut apart: Vec<usize> = (self.rows.windows(2))
+            .map(|two| two[0].abs_diff(two[1]))
+            .collect();
+        apart.sort_unstable();
+        apart.get(apart.len() / 2) == Some(&1)
+    }
+
+    /// Whether the triggers go over the whole schedule, from one end to the other.
+    pub fn is_whole(&self) -> bool {
+        let (first, last) = (self.rows.iter().min(), self.rows.iter().max());
+        let end = usize::from(self.config.angle_count).checked_sub(1);
+        self.is_dense() && first == Some(&0) && last.copied() == end
+    }
+}
+
+/// Whether two schedules have the same angle step, within the accuracy to which microsteps show it.
+pub fn is_same_step(a: &SweepConfig, b: &SweepConfig) -> bool {
+    a.angle_step.abs_diff(b.angle_step) <= OFF.unsigned_abs()
+}
+
 /// Converts an angle of the shaft to that of the beam from the plane's zero (horizontal, or
 /// straight down), or back; both 0.001°.
 pub fn beam(angle: i32, plane: Plane) -> i32 {

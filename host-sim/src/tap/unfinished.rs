@@ -6,9 +6,13 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
 
-use super::gather::{Gather, Mounting};
+use super::beside::Beside;
+use super::gather::Gather;
+use super::kinds;
+use super::mounting::Mounting;
 use super::scans::Scan;
 use crate::recording::{DATA_SUFFIX, meta_path, name_of};
+use crate::setup::{self, Kind};
 
 /// Completed scans of a running session, each written as a recording.
 #[derive(Debug)]
@@ -43,16 +47,20 @@ impl Unfinished {
         })
     }
 
-    /// Writes a scan as a recording of its own. A scan that cannot be recorded is left out.
+    /// Writes a scan as a recording of its own, marked if it is a guard sweep by what `beside` has received until now.
+    /// A scan that cannot be recorded is left out.
     ///
     /// # Errors
     /// The file cannot be written; the message names it.
-    pub fn keep(&mut self, scan: &Scan, mounting: Mounting) -> Result<()> {
+    pub fn keep(&mut self, scan: &Scan, mounting: &Mounting, beside: &Beside) -> Result<()> {
         self.scans += 1;
         let name = format!("{}-scan{:04}", self.name, self.scans);
-        let mut gather = Gather::new(&name, mounting);
+        let mut gather = Gather::new(&name, mounting.clone());
         gather.take(scan);
-        for part in gather.parts() {
+        for mut part in gather.parts() {
+            if kinds::kind((part.by_angles, &part.times), mounting, beside) == Some(Kind::Guard) {
+                setup::mark_guard(&mut part.recording);
+            }
             let dir = &self.dir;
             fs::create_dir_all(dir).with_context(|| format!("{}", dir.display()))?;
             let path = dir.join(&part.recording.name);

@@ -100,27 +100,47 @@ impl Package {
         Self::parse(&bytes).with_context(name)
     }
 
+    /// Whether a file begins as [`Package::bytes`] does, also if it is cut off.
+    pub fn begins(bytes: &[u8]) -> bool {
+        let mut header = [0; HEADER];
+        (header.iter_mut().zip(bytes)).for_each(|(to, from)| *to = *from);
+        Header::parse(&header).is_ok()
+    }
+
     /// Parses and checks the content of a file.
     ///
     /// # Errors
     /// Describes the difference from a package: no header, cut off, damaged, too long.
     pub fn parse(bytes: &[u8]) -> Result<Self> {
         let mut rest = bytes;
+        // Bytes of the image for slot B, if its header is missing: those of the same image for slot A.
+        let mut expected = None;
         let mut next = |slot: Slot| -> Result<Signed> {
+            let name = slot.as_str();
             let Some((header, behind)) = rest.split_first_chunk::<HEADER>() else {
-                bail!("cut off: ends within the header for slot {}", slot.as_str());
+                let missing = expected.map_or_else(String::new, |length: usize| {
+                    format!("; {} bytes are missing", HEADER + length - rest.len())
+                });
+                bail!(
+                    "cut off: {} of {HEADER} bytes of the header for slot {name}{missing}",
+                    rest.len()
+                );
             };
             let Ok(reported) = Header::parse(header) else {
                 bail!("no signed image: expected what `cargo sim keys sign` writes");
             };
             let length = reported.length as usize;
             let Some((payload, behind)) = behind.split_at_checked(length) else {
+                let held = behind.len();
+                let missing = match slot {
+                    Slot::A => length - held + HEADER + length,
+                    Slot::B => length - held,
+                };
                 bail!(
-                    "cut off: {} of {length} bytes of the image for slot {}",
-                    behind.len(),
-                    slot.as_str()
+                    "cut off: {held} of {length} bytes of the image for slot {name}; {missing} bytes are missing"
                 );
             };
+            expected = Some(length);
             rest = behind;
             ensure!(
                 Sha256::digest(payload)[..] == reported.hash,

@@ -3,6 +3,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use crate::common::{Scratch, refused, sim};
 use serde_json::{Value, json};
@@ -382,6 +383,44 @@ fn what_is_no_image_is_reported_before_the_emulator_starts() {
         let begins = message.starts_with(&format!("error: {elf}: "));
         assert!(begins && message.contains(words), "{message}");
         assert_eq!(message.lines().count(), 1, "{message}");
+    }
+}
+
+/// What cannot be played to the image is refused before it is built.
+#[test]
+fn emulate_refuses_bad_arguments_before_it_builds() {
+    let path = |name: &str| format!("{}/../recordings/{name}", env!("CARGO_MANIFEST_DIR"));
+    let (guard, empty) = (path("guard_kerb"), path("empty"));
+    let here = concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml");
+    for (args, words) in [
+        (&["/no/such/recording"][..], "No such file"),
+        (&[here], "no recording"),
+        (&["/no/such/recording", "/no/other"], "No such file"),
+        (
+            &[&empty, &guard, "--live"],
+            "--live: expected one recording, found 2",
+        ),
+        (
+            &[&guard, "--single"],
+            "--single: expected full scans, found guard sweeps",
+        ),
+        (
+            &[&guard, "--scans", "99"],
+            "99 scans: the recording holds 6",
+        ),
+        (&[&guard, "--estimator", "paper"], "guard: estimator"),
+        (&[&empty, "--live", "--record", here], "File exists"),
+    ] {
+        let done = Command::new(env!("CARGO_BIN_EXE_host-sim"))
+            .arg("emulate")
+            .args(args)
+            .env("CARGO", "/no/cargo")
+            .output()
+            .unwrap();
+        let message = String::from_utf8(done.stderr).unwrap();
+        assert_eq!(done.status.code(), Some(1), "{args:?}: {message}");
+        assert!(message.contains(words), "{args:?}: {message}");
+        assert!(!message.contains("cargo build"), "{args:?}: {message}");
     }
 }
 

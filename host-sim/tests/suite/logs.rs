@@ -263,8 +263,8 @@ fn what_is_no_log_is_explained() {
     let path = dir.path().join("boot.txt");
     for (bytes, part) in [
         (&b""[..], "it is empty"),
-        (b"hello\n", "another device sends"),
-        (b"U-Boot 2024\n", "the boot loader U-Boot sends"),
+        (b"hello\n", "it holds text of another device: hello"),
+        (b"U-Boot 2024\n", "it holds text of the boot loader U-Boot"),
     ] {
         fs::write(&path, bytes).unwrap();
         for args in [
@@ -280,11 +280,57 @@ fn what_is_no_log_is_explained() {
             );
         }
     }
-    // A port without a sentence, and a recording.
-    let output = sim(&[
-        "replay",
-        "--log",
-        concat!(env!("CARGO_MANIFEST_DIR"), "/../recordings/stair_a"),
-    ]);
-    assert!(!output.status.success());
+}
+
+/// A file that is missing is named as missing, with the system's reason, and one of another kind as what it is.
+#[test]
+fn what_stands_in_place_of_a_log_is_named() {
+    let dir = Scratch::new("logs-other");
+    let path = |name: &str| dir.path().join(name).to_str().unwrap().to_owned();
+    let (missing, notes, array) = (path("nofile"), path("notes.md"), path("chirps.npy"));
+    fs::write(&notes, "# nothing\n").unwrap();
+    fs::write(&array, "").unwrap();
+    let recording = concat!(env!("CARGO_MANIFEST_DIR"), "/../recordings/stair_a");
+    for (file, part) in [
+        (&*missing, "No such file or directory"),
+        (text(dir.path()), "a directory, expected a log of sentences"),
+        (&notes, "it holds text of another device: # nothing"),
+        (&array, "a .npy, expected a log of sentences"),
+    ] {
+        for args in [
+            &["replay", "--log", file][..],
+            &["live", "--play", file],
+            &["live", "--foxglove", "--play", file],
+        ] {
+            let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
+                .args(args)
+                // A build of the service would end here.
+                .env("CARGO", "/no/cargo")
+                .output()
+                .unwrap();
+            let error = String::from_utf8(output.stderr).unwrap();
+            assert_eq!(output.status.code(), Some(1), "{args:?}: {error}");
+            let begins = error.starts_with(&format!("error: {file}: "));
+            assert!(begins && error.contains(part), "{args:?}: {error}");
+        }
+    }
+    let refused = |args: &[&str], part: &str| {
+        let output = sim(args);
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{args:?}: {error}");
+        assert!(error.contains(part), "{args:?}: {error}");
+    };
+    refused(
+        &["replay", "--log", recording],
+        "a recording, expected a log",
+    );
+    let page = path("page.html");
+    // Beside a log, too.
+    let answers = text(&self::log(dir.path())).to_owned();
+    for (file, part) in [
+        (&*missing, "No such file"),
+        (recording, "stair_a: a recording"),
+    ] {
+        refused(&["report", &answers, file, "-o", &page], part);
+    }
 }

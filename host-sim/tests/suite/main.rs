@@ -8,6 +8,7 @@ mod calibrate;
 mod coherent;
 mod committed_recordings;
 mod common;
+mod crash;
 mod demo;
 mod doctor;
 mod documents;

@@ -345,3 +345,45 @@ fn of_two_writers_one_wins() {
     assert_eq!(fs::read_dir(scratch.path()).unwrap().count(), 2);
     assert!(sim(&["replay", to.to_str().unwrap()]).status.success());
 }
+
+/// What cannot be written is refused before a recording begins or an image is built, and nothing is left of the check.
+#[test]
+fn an_output_that_cannot_be_written_is_refused_at_the_beginning() {
+    let scratch = Scratch::new("outputs-early");
+    let [name, ..] = &recording(&scratch);
+    let path = |file: &str| scratch.path().join(file).display().to_string();
+    let (file, nowhere) = (path("file"), path("no/such/hall"));
+    fs::write(&file, "").unwrap();
+    let (below, folder) = (path("file/hall"), path("taken"));
+    fs::create_dir(scratch.path().join("taken.sigmf-meta")).unwrap();
+    let beginning = |args: &[&str], words: &str| {
+        let out = Command::new(env!("CARGO_BIN_EXE_host-sim"))
+            .args(args)
+            // A build would end here, with another message.
+            .env("CARGO", "/no/cargo")
+            .output()
+            .unwrap();
+        let message = String::from_utf8(out.stderr).unwrap();
+        assert_eq!(out.status.code(), Some(1), "{args:?}: {message}");
+        assert!(message.contains(words), "{args:?}: {message}");
+        assert_eq!(message.lines().count(), 1, "{args:?}: {message}");
+    };
+    for (output, words) in [
+        (".", "expected the name of a file"),
+        ("..", "expected the name of a file"),
+        (&*nowhere, "No such file or directory"),
+        (&below, "Not a directory"),
+        (&folder, "expected a regular file, or none yet"),
+    ] {
+        beginning(&["record", "--demo", name, "-o", output], words);
+        // A port that is not there is found out later.
+        beginning(&["record", "/dev/no-such-port", "-o", output], words);
+    }
+    beginning(&["keys", "sign", "-o", "."], "expected the name of a file");
+    beginning(&["keys", "sign", "-o", &nowhere], "No such file");
+    beginning(&["image", "-o", &file], "File exists");
+    beginning(&["web", name, "-o", &nowhere], "No such file");
+    beginning(&["simulate", "random:none", "-o", &nowhere], "No such file");
+    let left = fs::read_dir(scratch.path()).unwrap().count();
+    assert_eq!(left, 4, "the check leaves nothing");
+}

@@ -354,6 +354,57 @@ fn write(dir: &Scratch, name: &str, bytes: &[u8]) -> String {
     text(&path).to_owned()
 }
 
+/// A signed image that is cut off is named as such, with the number of bytes that are missing.
+#[test]
+fn keys_show_says_how_much_of_a_signed_image_is_missing() {
+    let dir = Scratch::new("update-cut");
+    let bytes = package(1, 3, |_| ()).bytes();
+    let (header, payload) = (144, 140_000);
+    assert_eq!(bytes.len(), 2 * (header + payload));
+    for (held, words) in [
+        (
+            100,
+            "cut off: 100 of 144 bytes of the header for slot a".to_owned(),
+        ),
+        (
+            header + 1000,
+            format!(
+                "cut off: 1000 of 140000 bytes of the image for slot a; {} bytes are missing",
+                bytes.len() - header - 1000
+            ),
+        ),
+        (
+            header + payload + 44,
+            "cut off: 44 of 144 bytes of the header for slot b; 140100 bytes are missing"
+                .to_owned(),
+        ),
+        (
+            bytes.len() - 7,
+            "cut off: 139993 of 140000 bytes of the image for slot b; 7 bytes are missing"
+                .to_owned(),
+        ),
+    ] {
+        let file = write(&dir, "cut", &bytes[..held]);
+        let shown = sim(&["keys", "show", &file]);
+        assert_eq!(shown.status.code(), Some(1), "{}", reported(&shown));
+        let text = reported(&shown);
+        assert!(
+            text.contains(&words) && text.contains("cut: "),
+            "{words}: {text}"
+        );
+    }
+    let mut flipped = bytes.clone();
+    flipped[1000] ^= 1;
+    let shown = sim(&["keys", "show", &write(&dir, "flipped", &flipped)]);
+    assert!(reported(&shown).contains("damaged"), "{}", reported(&shown));
+    let shown = sim(&["keys", "show", &write(&dir, "text", b"hello\n")]);
+    assert!(
+        reported(&shown).contains("no key: expected"),
+        "{}",
+        reported(&shown)
+    );
+}
+
 #[test]
 fn an_update_goes_through_a_loss_of_power_to_its_confirmation_and_back() {
     let dir = Scratch::new("update-whole");

@@ -4,7 +4,7 @@ use stairscan::report::{ParseError, Sentence};
 
 use super::lines::Splitter;
 use super::talker;
-use super::trouble::{REPORT_BAUD, UnexpectedData};
+use super::trouble::UnexpectedData;
 
 /// Kind of a line that is no intact sentence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,10 +88,7 @@ impl Arrived {
 
     /// Returns, as text, what a log has that has no intact sentence.
     pub fn instead_of_sentences(&self) -> String {
-        let what = match self.kind() {
-            UnexpectedData::Nothing | UnexpectedData::Silence => "it is empty".to_owned(),
-            others => others.explain(REPORT_BAUD).0,
-        };
+        let what = self.kind().in_a_file();
         format!("no sentence of a scanner with a right CRC-32: {what}")
     }
 

@@ -156,4 +156,26 @@ impl UnexpectedData<'_> {
             ),
         }
     }
+
+    /// Returns, as text, what a file has instead of intact sentences.
+    pub fn in_a_file(&self) -> String {
+        match self {
+            Self::Nothing | Self::Silence => "it is empty".to_owned(),
+            Self::Noise => "its bytes are not text".to_owned(),
+            Self::Others(line) => {
+                let line: String = line.chars().take(70).collect();
+                format!("it holds text of {}: {line}", sender(&line))
+            }
+            Self::Unknown(line) if line.contains("PSTR,LOADER,") => {
+                format!("it holds sentences of the boot loader: {line}")
+            }
+            Self::Unknown(line) => {
+                format!(
+                    "it holds sentences that this program does not know, as of a newer firmware: {line}"
+                )
+            }
+            Self::Link => "it holds frames of the radar link".to_owned(),
+            Self::Damaged => "its sentences are damaged".to_owned(),
+        }
+    }
 }

@@ -27,8 +27,7 @@ pub use captures::degrees;
 use keys::explain_syntax;
 pub use metadata::{KeyLimits, MAX_CHIRPS, Metadata, MirrorSetup, Sequence};
 pub use motion::Motion;
-use part::named;
-pub use part::{Content, Readers, write_together};
+pub use part::{Content, Readers, named, writable, write_together};
 pub use truth::{Disturbance, TrueDrop, TrueStep, Truth};
 
 /// Suffix of the metadata file.

@@ -44,9 +44,28 @@ pub fn write_together(files: &[Content<'_>], check: impl FnOnce() -> Result<()>)
     Ok(())
 }
 
+/// Checks that a file of this name can be made or replaced, by making another one beside it and removing it again.
+///
+/// # Errors
+/// Names the path that is no regular file, or in whose directory no file can be made.
+pub fn writable(path: &Path) -> Result<()> {
+    named(path)?;
+    replaceable(path)?;
+    let mut name = path.file_name().unwrap_or_default().to_os_string();
+    // Not the name of a writer, which would meet this file at the end of a long session.
+    name.push(format!(".{}.part", std::process::id()));
+    let probe = path.with_file_name(name);
+    let made = OpenOptions::new().write(true).create_new(true).open(&probe);
+    drop(made.map_err(|e| failed(path, &e))?);
+    fs::remove_file(&probe).map_err(|e| failed(path, &e))
+}
+
 /// Returns an error for a path that names no file: `/`, `..`, or one that ends in a separator or a
 /// dot, whose files would be hidden.
-pub(super) fn named(path: &Path) -> Result<()> {
+///
+/// # Errors
+/// Names the path.
+pub fn named(path: &Path) -> Result<()> {
     let text = path.as_os_str().as_encoded_bytes();
     let last = text
         .rsplit(|&b| std::path::is_separator(b.into()))

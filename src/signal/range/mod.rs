@@ -405,7 +405,12 @@ impl<A: Arithmetic> Processor<A> {
                 *word |= u32::from(cell.is_hit()) << (k % 32);
             }
         }
+        profile.image_bits = profile.detection_bits;
         self.keep(power, &mut profile.detection_bits);
+        let kept = profile.detection_bits;
+        for (image, kept) in profile.image_bits.iter_mut().zip(kept) {
+            *image &= !kept;
+        }
         Ok(())
     }
 

@@ -14,6 +14,8 @@ pub struct Profile {
     pub(super) threshold: [i16; MAX_SAMPLES],
     /// CA-CFAR detections: bit k % 32 of word k / 32 belongs to the k-th kept bin.
     pub(super) detection_bits: [u32; MAX_SAMPLES / 32],
+    /// Cells above their threshold that are removed as possible I/Q images, in the same order.
+    pub(super) image_bits: [u32; MAX_SAMPLES / 32],
     points: usize,
     kept: BinWindow,
 }
@@ -33,6 +35,7 @@ impl Default for Profile {
             power: [0; MAX_SAMPLES],
             threshold: [0; MAX_SAMPLES],
             detection_bits: [0; MAX_SAMPLES / 32],
+            image_bits: [0; MAX_SAMPLES / 32],
             points: 0,
             kept: BinWindow::default(),
         }
@@ -51,6 +54,7 @@ impl Profile {
         self.points = points.min(MAX_SAMPLES);
         self.kept = kept;
         self.detection_bits.fill(0);
+        self.image_bits.fill(0);
         self.threshold.fill(i16::MAX);
     }
 
@@ -87,10 +91,20 @@ impl Profile {
         (threshold != i16::MAX).then(|| decibels(f32::from(threshold)))
     }
 
-    /// Returns whether `bin` exceeds its CA-CFAR threshold.
+    /// Returns whether `bin` is a detection: it exceeds its CA-CFAR threshold and is no possible I/Q image.
     pub fn is_hit(&self, bin: usize) -> bool {
+        self.is_set(&self.detection_bits, bin)
+    }
+
+    /// Returns whether `bin` exceeds its CA-CFAR threshold, and is no detection because it may be the I/Q image of
+    /// the echo at its negative frequency.
+    pub fn is_image(&self, bin: usize) -> bool {
+        self.is_set(&self.image_bits, bin)
+    }
+
+    fn is_set(&self, bits: &[u32], bin: usize) -> bool {
         bin.checked_sub(self.kept.first.into())
-            .and_then(|k| Some(self.detection_bits.get(k / 32)? >> (k % 32) & 1 != 0))
+            .and_then(|k| Some(bits.get(k / 32)? >> (k % 32) & 1 != 0))
             .unwrap_or(false)
     }
 

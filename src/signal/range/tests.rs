@@ -301,8 +301,8 @@ fn an_image_is_no_target() {
         profile.power()[156] > profile.threshold()[156],
         "an image above the threshold"
     );
-    assert!(!profile.is_hit(156));
-    assert!(profile.is_hit(100));
+    assert!(!profile.is_hit(156) && profile.is_image(156));
+    assert!(profile.is_hit(100) && !profile.is_image(100));
 }
 
 #[test]

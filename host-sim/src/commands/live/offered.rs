@@ -35,7 +35,7 @@ type Open<'a> = &'a dyn Fn(&Offer) -> Result<Box<dyn Service>>;
 /// Plays a recording or observes a port, and publishes it, until the session is ended.
 pub fn run(args: &Args, started: Instant, open: Open<'_>) -> Result<ExitCode> {
     match &args.play {
-        Some(path) if logs::read(path)?.is_none() => play(args, path, open),
+        Some(path) if logs::is_recording(path) => play(args, path, open),
         _ => port(args, started, open),
     }
 }

@@ -9,13 +9,17 @@ use anyhow::{Error, Result};
 
 #[cfg(any(feature = "foxglove", feature = "ros2"))]
 use super::offered::{self, Offer};
-use super::watching::Args;
+use super::watching::{self, Args};
 use crate::serve::address;
 #[cfg(not(all(feature = "foxglove", feature = "ros2")))]
 use crate::serve::other_build;
 
 /// Publishes the source by the requested service until the session ends; `None` if no service is requested.
 pub fn run(args: &Args, started: Instant) -> Result<Option<ExitCode>> {
+    if args.foxglove.is_some() || args.ros2.is_some() {
+        // A program without the service is built anew, which takes minutes.
+        watching::check(args)?;
+    }
     Ok(match (args.foxglove, args.ros2) {
         (Some(address), _) => Some(foxglove(args, started, address)?),
         (None, Some(interface)) => {

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
-use anyhow::{Result, bail};
+use anyhow::{Result, ensure};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
 use crate::answer::Answer;
@@ -26,8 +26,8 @@ use crate::serve::address;
 /// Arguments of `live`.
 #[derive(clap::Args, Debug)]
 #[command(
-    after_help = "Commands are entered in the last lines of the screen: status, scan, stop, start, get KEY ... `set`, `save` and
-`calibrate` are accepted only as a sentence with a CRC: the sentence is shown, and the next Enter sends it.
+    after_help = "Commands are entered in the last lines of the screen: status, scan, guard on, get KEY ...; `?` lists all. `set`,
+`save`, `calibrate` and `update` are accepted only as a sentence with a CRC: the sentence is shown, and the next Enter sends it.
 DTR and RTS are never changed, so that nothing is reset."
 )]
 pub struct Args {
@@ -69,15 +69,36 @@ pub struct Args {
     pub settings: Settings,
 }
 
+/// Checks that the recording or log of the source can be read and scanned, and that the session can be recorded.
+///
+/// # Errors
+/// Names the file, and what is wrong.
+pub fn check(args: &Args) -> Result<()> {
+    let config = args.settings.config()?;
+    let scanned = |path: &Path| {
+        let recording = Recording::read(path)?;
+        Playback::new(&recording, &config).map(|_| ())
+    };
+    match &args.play {
+        Some(path) if logs::is_recording(path) => scanned(path)?,
+        Some(path) if logs::read(path)?.is_none() => {
+            logs::other(path, "a log of sentences or a recording")?;
+        }
+        _ => {}
+    }
+    args.demo.as_deref().map_or(Ok(()), scanned)?;
+    args.record.as_deref().map_or(Ok(()), Keep::check)
+}
+
 /// Returns the port or the demonstration, with the screen's initial state; `None` if neither is given.
 pub fn source(args: &Args, started: Instant) -> Result<Option<(Source, State)>> {
     if let Some(path) = &args.play {
-        let Some(log) = logs::read(path)? else {
-            bail!(
-                "{}: --play of a recording: expected --foxglove or --ros2; --demo shows it here",
-                path.display()
-            );
-        };
+        ensure!(
+            !logs::is_recording(path),
+            "{}: --play of a recording: expected --foxglove or --ros2; --demo shows it here",
+            path.display()
+        );
+        let log = logs::expect(path)?;
         let state = State::new(&log.name, 0).about("a log, at its true speed".to_owned());
         return Ok(Some((Source::log(started, log), state)));
     }

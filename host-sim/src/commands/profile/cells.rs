@@ -1,4 +1,4 @@
-//! Cells of CA-CFAR for `profile`, and the echoes that they hide from each other.
+//! Cells of CA-CFAR for `profile`, the echoes that they hide from each other, and those removed as I/Q images.
 
 use stairscan::config::CfarConfig;
 use stairscan::signal::range::Profile;
@@ -60,8 +60,20 @@ pub fn masked(profile: &Profile, cfar: &CfarConfig) -> Vec<usize> {
         let is_peak = bin > 0 && level(bin - 1) < level(bin) && level(bin) >= level(bin + 1);
         is_peak
             && !profile.is_hit(bin)
+            && !profile.is_image(bin)
             && level(bin) > median + ECHO_DB
             && level(bin) > strongest - SIDELOBE_DB
     };
     tested.iter().copied().filter(is_masked).collect()
+}
+
+/// Returns the bins of a profile that hold an echo above its threshold, and are no detection because they may be the I/Q
+/// image of the echo at their negative frequency.
+pub fn images(profile: &Profile) -> Vec<usize> {
+    let level = |bin: usize| profile.power_db(bin);
+    let is_peak = |bin: usize| level(bin - 1) < level(bin) && level(bin) >= level(bin + 1);
+    let inner = 1..profile.bins().saturating_sub(1);
+    inner
+        .filter(|&bin| profile.is_image(bin) && is_peak(bin))
+        .collect()
 }

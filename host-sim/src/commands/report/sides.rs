@@ -59,14 +59,7 @@ impl FromStr for Set {
             let row = row
                 .and_then(|key| table::row(key))
                 .ok_or_else(|| format!("{key:?}: expected one of {}", KEYS.join(", ")))?;
-            let number = || row.unit.parse(key, value).map(|number| number.to_string());
-            let value = match row.words.is_empty() {
-                true => {
-                    number().map_err(|expected| format!("{key}: found {value:?}, {expected}"))?
-                }
-                false => value.to_owned(),
-            };
-            Ok((row, value))
+            Ok((row, row.without_unit(value)?))
         };
         Ok(Self {
             text: text.to_owned(),

@@ -77,6 +77,44 @@ fn help() {
     }
 }
 
+/// Neither what the program nor what the scanner refuses is cut off on the smallest screen, nor a remedy.
+#[test]
+fn refusals_are_whole_on_the_smallest_screen() {
+    let whole = |state: &State, prompt: &Prompt, now: Ms, expected: &str| {
+        let mut terminal = Terminal::new(TestBackend::new(72, 22)).unwrap();
+        let draw = |frame: &mut ratatui::Frame<'_>| screen::draw(frame, state, prompt, now);
+        terminal.draw(draw).unwrap();
+        let shown = text(terminal.backend().buffer());
+        let words: Vec<&str> = shown.split_whitespace().collect();
+        let expected: Vec<&str> = expected.split_whitespace().collect();
+        let found = words.windows(expected.len()).any(|at| at == expected);
+        assert!(found, "{expected:?} is not in\n{shown}");
+    };
+    for typed in ["scna", "calibrate 1500", "set plane sideways", "set seed 7"] {
+        let mut prompt = Prompt::default();
+        typed.chars().for_each(|c| prompt.key(Key::Char(c)));
+        assert_eq!(prompt.enter(), None);
+        whole(&scanned(), &prompt, 3_200, &prompt.note);
+    }
+    let mut state = scanned();
+    state.sent(3_150, "scna");
+    let expected = "start stop scan guard watch status version selftest reset get set save update or calibrate";
+    let refused = Sentence::Fail {
+        command: "-",
+        field: "command",
+        expected,
+    };
+    receive(&mut state, 3_180, &[&line(&refused)]);
+    whole(&state, &Prompt::default(), 3_200, expected);
+    let mut state = State::new("/dev/ttyUSB0", 115_200);
+    let forbidden = Trouble::Forbidden(None);
+    let (_, helps) = forbidden.explain("/dev/ttyUSB0");
+    state.take(10, &Event::Failed(forbidden));
+    for help in helps {
+        whole(&state, &Prompt::default(), 60, &help);
+    }
+}
+
 #[test]
 fn degraded() {
     let mut state = State::new("/dev/ttyUSB0", 115_200);

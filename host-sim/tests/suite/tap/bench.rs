@@ -5,6 +5,7 @@ use host_sim::live::lines::Splitter;
 use host_sim::playback::{Playback, SimShaft};
 use host_sim::recording::Recording;
 use host_sim::replay;
+use host_sim::setup::{self, Kind};
 use host_sim::tap::beside::{self, Beside, MountingArgs};
 use host_sim::tap::gather::{Gather, Part};
 use host_sim::tap::scans::{Tap, Wire};
@@ -54,7 +55,7 @@ impl Device for Recorded<'_> {
     }
 }
 
-/// Reports of a scanner in some scans over the real link's frames, and the traffic of the link.
+/// Reports of a scanner in some scans or guard sweeps over the real link's frames, and the traffic of the link.
 pub struct Scanned {
     pub beside: Beside,
     pub answers: Vec<Vec<String>>,
@@ -63,9 +64,13 @@ pub struct Scanned {
 
 pub fn scan(recording: &Recording, base: &Config, scans: usize, faults: &[&str]) -> Scanned {
     // A scanner without a setting for the chair's motion.
-    let playback = Playback::new(recording, base)
+    let mut playback = Playback::new(recording, base)
         .unwrap()
         .with_mode(Mode::Auto);
+    let guard = setup::kind(recording).unwrap() == Kind::Guard;
+    if guard {
+        playback = playback.guarding();
+    }
     let mut module = Module::new(&playback);
     module.get_ready();
     let faults: Vec<Fault> = faults.iter().map(|fault| fault.parse().unwrap()).collect();
@@ -76,6 +81,9 @@ pub fn scan(recording: &Recording, base: &Config, scans: usize, faults: &[&str])
     }));
     let port = Shared::<Port>::default();
     port.get().type_in("get\r\n");
+    if guard {
+        port.get().type_in("guard on\r\n");
+    }
     let mut pipeline = Box::new(Pipeline::new());
     let (mut reports, mut odometry) = (Reports::new(), Odometry::new());
     let hardware = Hardware {
@@ -103,7 +111,8 @@ pub fn scan(recording: &Recording, base: &Config, scans: usize, faults: &[&str])
                 Ok(Sentence::Scan(head)) => {
                     answers[scans - 1].len() > usize::from(head.following())
                 }
-                _ => panic!("no SCAN"),
+                Ok(Sentence::Guard(_)) => true,
+                _ => panic!("no SCAN or GUARD"),
             }
     };
     let mut now = 0;
@@ -115,7 +124,7 @@ pub fn scan(recording: &Recording, base: &Config, scans: usize, faults: &[&str])
         for said in splitter.push(&std::mem::take(&mut port.get().device)) {
             beside.line(now, &said);
             match Sentence::parse(&said).unwrap() {
-                Sentence::Scan(_) => answers.push(vec![said]),
+                Sentence::Scan(_) | Sentence::Guard(_) => answers.push(vec![said]),
                 Sentence::Step(_) | Sentence::Drop(_) | Sentence::Maybe(_) => {
                     answers.last_mut().unwrap().push(said)
                 }

@@ -2,6 +2,7 @@
 //! gives the scanner's sentences.
 
 mod bench;
+mod guard;
 mod ports;
 
 use host_sim::tap::gather::Part;

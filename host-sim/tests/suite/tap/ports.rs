@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use host_sim::emulate::Module;
 use host_sim::playback::Playback;
 use host_sim::recording::Recording;
+use host_sim::setup::{self, Kind};
 use host_sim::tap::scans::Wire;
 use serialport::{SerialPort, TTYPort};
 use stairscan::config::Config;
@@ -357,4 +358,31 @@ fn the_demo_needs_no_hardware() {
         !done.status.success() && printed.contains("--force"),
         "{printed}"
     );
+}
+
+/// Without the report port guard sweeps are recognised by their angles, or by those that the user gives.
+#[test]
+fn guard_sweeps_are_stored_as_such_without_the_report_port() {
+    let mut original = read("guard_kerb");
+    for (given, shift) in [(None, 0.0), (Some("5:35:1"), -3.0)] {
+        let angles = &mut original.meta.angles_deg;
+        angles.iter_mut().for_each(|angle| *angle += shift);
+        let scanned = scan(&original, &Config::default(), 3, &[]);
+        let dir = Scratch::new("record-guard-port");
+        let output = dir.path().join("hall");
+        let output = output.to_str().unwrap();
+        let (mut to, _to, to_path) = terminal();
+        let (mut from, _from, from_path) = terminal();
+        let args = ["record", &to_path, &from_path, "-o", output, "--scans", "2"];
+        let more = given.iter().flat_map(|angles| ["--guard", angles]);
+        let args: Vec<&str> = args.into_iter().chain(more).collect();
+        let (mut child, mut stderr) = listening(&args);
+        feed(&scanned.traffic, [&mut to, &mut from], |_| ());
+        let mut notes = String::new();
+        stderr.read_to_string(&mut notes).unwrap();
+        assert!(child.wait().unwrap().success(), "{notes}");
+        assert!(!notes.contains("stored as full scans"), "{notes}");
+        let recording = Recording::read(output.as_ref()).unwrap();
+        assert_eq!(setup::kind(&recording).unwrap(), Kind::Guard, "{notes}");
+    }
 }
