@@ -34,8 +34,8 @@ pub enum Retention {
 pub struct ExpectedTravel {
     /// Forward travel from the first motion sentence after the scan's first row to the last one, metres.
     pub since_first_m: f32,
-    /// Forward travel from the row before to this one at the speed between the last two sentences, metres. Sentences
-    /// come later than they were read, by varying times: the speed does not jump with them.
+    /// Forward travel from the row before to this one at the speed of the last sentences, metres. Sentences come later than
+    /// they were read, by varying times: the speed does not jump with them.
     pub step_m: f32,
 }
 

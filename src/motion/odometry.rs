@@ -35,6 +35,10 @@ const MAX_LOST: u16 = 1_000;
 /// sentence takes 4 ms on the wire.
 const TOGETHER_US: u32 = 5_000;
 
+/// Least time over which the speed is measured, microseconds, and half of the most: sentences come by milliseconds early or
+/// late, and a chair brakes with 1 m/s².
+const SPEED_US: u32 = 30_000;
+
 /// Content of one motion sentence.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Reading {
@@ -81,6 +85,10 @@ pub struct Odometry {
     /// Last reading, and (`before`) the one before it if the travel between them is known.
     last: Option<Arrived>,
     before: Option<Arrived>,
+    /// Readings between which the speed is measured: one at least [`SPEED_US`] before the last, and (`recent`) the one that
+    /// takes its place.
+    base: Option<Arrived>,
+    recent: Option<Arrived>,
     /// Arrival of the first of the sentences that arrived together with `last`; its own without others.
     first_at: Micros,
     /// Whether rows have been placed since then.
@@ -124,6 +132,8 @@ impl Odometry {
         Self {
             last: None,
             before: None,
+            base: None,
+            recent: None,
             first_at: Micros(0),
             placed: false,
             segment: 0,
@@ -169,20 +179,20 @@ impl Odometry {
     pub fn expected_travel(&mut self, mode: Mode, at: Micros) -> Option<ExpectedTravel> {
         let row_before = self.row_at.replace(at);
         let metres = |to: Arrived, from: i32| to.reading.travel.wrapping_sub(from) as f32 * 1e-4;
-        let moved = self.before.zip(self.last).map(|(before, last)| {
-            let gap_us = last.at.since(before.at).max(1);
-            (metres(last, before.reading.travel), gap_us)
-        });
-        let moves = mode != Mode::Standing && moved.is_none_or(|(moved_m, _)| moved_m != 0.0);
-        let step_m = moved
-            .zip(row_before)
-            .map(|((moved_m, gap_us), row_before)| {
-                moved_m * at.since(row_before) as f32 / gap_us as f32
-            });
+        let travelled =
+            |(before, last): (Arrived, Arrived)| before.reading.travel != last.reading.travel;
+        let moves = mode != Mode::Standing && self.before.zip(self.last).is_none_or(travelled);
+        let step_m = match (self.base, self.last, row_before) {
+            (Some(base), Some(last), Some(row_before)) => {
+                let share = at.since(row_before) as f32 / last.at.since(base.at).max(1) as f32;
+                metres(last, base.reading.travel) * share
+            }
+            _ => 0.0,
+        };
         let since_first_m = self.last.zip(self.first_travel);
         moves.then(|| ExpectedTravel {
             since_first_m: since_first_m.map_or(0.0, |(last, first)| metres(last, first)),
-            step_m: step_m.unwrap_or(0.0),
+            step_m,
         })
     }
 
@@ -257,6 +267,13 @@ impl Odometry {
     /// together with it.
     fn follow(&mut self, before: Option<Arrived>, next: Arrived) {
         (self.before, self.last) = (before, Some(next));
+        if before.is_none() {
+            (self.base, self.recent) = (Some(next), Some(next));
+        } else if let Some(recent) = self.recent
+            && next.at.since(recent.at) >= SPEED_US
+        {
+            (self.base, self.recent) = (Some(recent), Some(next));
+        }
         if self.begun.is_some() && self.first_travel.is_none() {
             self.first_travel = Some(next.reading.travel);
         }

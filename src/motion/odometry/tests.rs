@@ -321,15 +321,21 @@ fn the_travel_during_a_scan_counts_from_its_first_sentence_on() {
         assert!((travel.since_first_m - travel_m).abs() < 1e-6, "{travel:?}");
         assert!((travel.step_m - step_m).abs() < 1e-6, "{travel:?}");
     }
+    // A sentence that comes a millisecond late is 3 % of the speed, not 10 %.
+    take(&mut odometry, 55);
+    take(&mut odometry, 56);
+    odometry.take(at(57).plus(1_000), reading(57));
+    let late = odometry.expected_travel(Mode::Auto, at(55)).unwrap();
+    assert!((late.step_m / 0.002 - 1.0).abs() < 0.035, "{late:?}");
     // It stops: the last two sentences are alike.
-    for k in [55, 56] {
+    for k in [58, 59] {
         odometry.take(
             at(k),
             Reading {
-                travel: reading(54).travel,
+                travel: reading(57).travel,
                 ..reading(k)
             },
         );
     }
-    assert_eq!(odometry.expected_travel(Mode::Auto, at(57)), None);
+    assert_eq!(odometry.expected_travel(Mode::Auto, at(60)), None);
 }
