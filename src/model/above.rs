@@ -104,7 +104,7 @@ impl Above {
 }
 
 /// Power over the noise along a line, and the angle at which it was seen, radians.
-type Line = (f32, f32);
+type SeenLine = (f32, f32);
 
 /// A range cell of a sweep. CLEAN would take longer than a sweep has: what the cell's strongest echo leaks into its other
 /// angles counts as noise, side lobes everywhere and the beam's flank near it.
@@ -112,9 +112,9 @@ struct SweptCell<'g> {
     gaze: &'g Gaze<'g>,
     range_m: f32,
     /// The ground's own line.
-    level: Line,
+    level: SeenLine,
     /// The line to the cell's strongest echo.
-    strongest: Line,
+    strongest: SeenLine,
     /// Power of the noise and of the strongest echo's side lobes together, as a ratio to the noise.
     leaks: f32,
 }
@@ -140,13 +140,13 @@ impl<'g> SweptCell<'g> {
     }
 
     /// Returns the line of a surface at height `y_m` above the ground, metres; `None` if it is not seen.
-    fn line(&self, y_m: f32) -> Option<Line> {
+    fn line(&self, y_m: f32) -> Option<SeenLine> {
         let (look, (_, angle_rad)) = self.gaze.look(self.range_m, y_m)?;
         Some((look.power, angle_rad))
     }
 
     /// Returns the quantised power of a line over the noise and its leakage; dark if it is not seen.
-    fn shown(&self, line: Option<Line>) -> Power {
+    fn shown(&self, line: Option<SeenLine>) -> Power {
         let Some((power, angle_rad)) = line else {
             return Power::DARK;
         };
