@@ -23,7 +23,7 @@ pub struct MappedScan<'a> {
     /// Echoes of the scan, the strongest first, and its noise.
     pub found: &'a FoundEchoes,
     /// Coherent image of the scan, behind the search for echoes.
-    pub image: &'a KeptImage,
+    pub image: Option<&'a KeptImage>,
     /// Motion of the chair during the scan.
     pub drive: &'a Drive<'a>,
 }
@@ -67,7 +67,7 @@ pub trait Estimator {
         outcome
     }
 
-    /// Calls [`Estimator::outcome`] for a chair that is known to stand, without earlier scans and without an image.
+    /// Calls [`Estimator::outcome`] for a chair that is known to stand, without earlier scans.
     fn finish(
         &mut self,
         map: &PolarMap,
@@ -81,7 +81,7 @@ pub trait Estimator {
             config,
             number,
             found,
-            image: &KeptImage::new(),
+            image: None,
             drive: &Drive::STANDING,
         };
         self.outcome(&scan, None, observer)

@@ -4,7 +4,7 @@ use crate::answer::Answer;
 use crate::config::{Config, ConfigError, EstimatorKind};
 use crate::drive::Drive;
 use crate::estimator::{Estimator, MappedScan};
-use crate::guard::{self, Guard};
+use crate::guard::Guard;
 use crate::infer::Likelihood;
 use crate::observer::Observer;
 #[cfg(feature = "paper")]
@@ -146,7 +146,7 @@ impl StairFinder {
             found: &self.found,
             config,
             number,
-            image: &self.image,
+            image: Some(&self.image),
             drive,
         };
         let sight = self
@@ -157,13 +157,11 @@ impl StairFinder {
         sight
     }
 
-    /// Begins a guard sweep, in place of [`StairFinder::begin`]: empties map and image and gives them the shape of
-    /// the sweep.
+    /// Begins a guard sweep, in place of [`StairFinder::begin`]: empties the map and gives it the shape of the sweep.
     ///
     /// # Errors Returns the field that makes the sweep larger than the map, or wider than the shaft can turn.
     pub fn begin_guard(&mut self, config: &Config) -> Result<(), ConfigError> {
         self.map.begin(config)?;
-        self.image.begin(&self.map, &config.radar);
         self.scratch.guard();
         Ok(())
     }
@@ -179,14 +177,7 @@ impl StairFinder {
     /// before it; `None` if no guard sweep was begun.
     pub fn guard(&mut self, config: &Config, drive: &Drive<'_>) -> Option<FreeGround> {
         match &mut self.scratch {
-            Scratch::Guard(guard) => {
-                self.image.finish();
-                // As it is: CLEAN would take longer than a sweep has.
-                self.found.echoes.clear();
-                self.found.noise = guard::noise_level(&self.map);
-                let image = self.image.cleaned(&self.map, config, &self.found);
-                Some(guard.sweep(&self.map, &image, config, drive))
-            }
+            Scratch::Guard(guard) => Some(guard.sweep(&self.map, config, drive)),
             _ => None,
         }
     }

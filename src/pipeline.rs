@@ -58,6 +58,8 @@ pub struct Pipeline {
     /// Evidence of earlier scans of the same scene.
     past: History,
     numbers: Numbers,
+    /// Whether the present rows are a scan's, whose image is made; else a guard sweep's.
+    imaging: bool,
 }
 
 /// Maximum interval between two guard sweeps whose evidence is combined, seconds: in a longer one a person may have
@@ -89,6 +91,7 @@ impl Pipeline {
             health: Health::new(numbers),
             past: History::new(numbers),
             numbers,
+            imaging: false,
         }
     }
 
@@ -101,6 +104,7 @@ impl Pipeline {
             range,
             finder,
             health,
+            imaging,
             ..
         } = self;
         let chirp = samples.get(..chirp(samples, config)).unwrap_or(&[]);
@@ -118,7 +122,7 @@ impl Pipeline {
             !discarded
         });
         health.check_map_row(row, finder.map(), |bin| range.phasors(bin));
-        if kept == Some(true) {
+        if *imaging && kept == Some(true) {
             finder.add(row.into(), &mut range.coherent());
         }
     }
@@ -289,11 +293,13 @@ fn chirp(samples: &[Iq; MAX_SAMPLES], config: &Config) -> usize {
 impl DataPath for Pipeline {
     fn begin(&mut self, config: &Config, scan: u32) -> Result<(), ConfigError> {
         let config = &self.ready(config, scan)?;
+        self.imaging = true;
         self.finder.begin(config)
     }
 
     fn begin_guard(&mut self, config: &Config, sweep: u32) -> Result<(), ConfigError> {
         let config = &self.ready(config, sweep)?;
+        self.imaging = false;
         self.finder.begin_guard(config)
     }
 

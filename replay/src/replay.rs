@@ -108,7 +108,7 @@ impl Scanned<'_> {
             found: self.pipeline.found(),
             config: self.config,
             number: self.answer.scan.scan,
-            image: self.pipeline.image(),
+            image: Some(self.pipeline.image()),
             drive: &self.drive,
         }
     }

@@ -1,6 +1,6 @@
 //! The guard: a coarse sweep of the ground ahead, several times a second, and the free distance.
 //!
-//! In: the coherent image of one sweep ([`Cleaned`]) and the chair's travel since the sweep before. Method: a recursive
+//! In: the polar map of one sweep ([`PolarMap`]) and the chair's travel since the sweep before. Method: a recursive
 //! Bayes filter over sweeps. The powers along the ground, above and below it are averaged with those of earlier
 //! sweeps, shifted by the chair's travel ([`MeanLines`]). The recursions that evaluate the ground of a full scan
 //! ([`crate::model::surfaces`]) then give the likelihood of the first hazard by place (`reach`). Out: [`FreeGround`].
@@ -22,9 +22,7 @@ use crate::model::mean::MeanLines;
 use crate::model::surfaces::Recursions;
 use crate::motion::MotionCompensation;
 use crate::signal::grid::PolarMap;
-use crate::signal::image::Cleaned;
 use crate::verdict::FreeGround;
-pub use noise::level as noise_level;
 use reach::Hazards;
 
 /// State kept from guard sweep to guard sweep, and the working memory of one sweep.
@@ -65,16 +63,10 @@ impl Guard {
         self.last_m = None;
     }
 
-    /// Returns the free distance ahead, from polar map and coherent image of this sweep, the chair's motion (`drive`) and the
-    /// evidence of earlier sweeps.
+    /// Returns the free distance ahead, from the polar map of this sweep, the chair's motion (`drive`) and the evidence
+    /// of earlier sweeps.
     #[inline(never)]
-    pub fn sweep(
-        &mut self,
-        map: &PolarMap,
-        image: &Cleaned<'_>,
-        config: &Config,
-        drive: &Drive<'_>,
-    ) -> FreeGround {
+    pub fn sweep(&mut self, map: &PolarMap, config: &Config, drive: &Drive<'_>) -> FreeGround {
         let moved_m = match drive.mode {
             Mode::Standing => Some(0.0),
             _ => drive.moved_m,
@@ -82,9 +74,10 @@ impl Guard {
         let chart = Chart {
             bend: Slope::LEVEL,
             map,
+            noise: noise::level(map),
             bias_rad: 0.0,
             height_m: 0.0,
-            image,
+            image: None,
             ride: MotionCompensation::of(drive, &config.radar),
         };
         let lines = &mut self.ground.lines;

@@ -340,13 +340,16 @@ fn evaluate_ground_line(
     phase: &mut Phase,
     surfaces: &mut Surfaces,
 ) {
-    let image = scan.image.cleaned(scan.map, scan.config, scan.found);
+    let image = scan
+        .image
+        .map(|image| image.cleaned(scan.map, scan.config, scan.found));
     let chart = Chart {
         map: scan.map,
+        noise: scan.found.noise,
         bias_rad: calibrated.bias_rad,
         height_m: calibrated.height_m,
         bend: calibrated.bend,
-        image: &image,
+        image: image.as_ref(),
         ride: MotionCompensation::of(scan.drive, &scan.config.radar),
     };
     *phase = Phase::Ground(Recursions::new());

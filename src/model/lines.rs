@@ -1,33 +1,40 @@
 //! Power along lines: what a range cell shows of a surface that lies at a level.
 //!
-//! All rows that look at one place of a surface share its speckle. With t an image cell's power over the background, S the
-//! surface's mean power over the noise in one row, exponentially distributed by speckle, and G the gain Σg² of the coherent
-//! image, one look has
+//! All rows that look at one place of a surface share its speckle. With t a cell's power over the background, S the
+//! surface's mean power over the noise, exponentially distributed by speckle, and G the gain Σg² of the coherent image,
+//! one look at the image has
 //!
 //! ```text
 //! p(t | S) = Exp(t; 1 + G S),   p(t | nothing) = Exp(t; 1)
 //! ```
 //!
-//! The mean over n looks of the guard's sweeps, at m independent speckle patterns, has
+//! A guard sweep makes no image. The mean power of the rows around the line, weighted like the two-way beam, has with n
+//! independent rows
 //!
 //! ```text
-//! E t = 1 + G S,   var t = (1 + 2 G S) / n + (G S)² / m,   p(t | S) = Gamma(t; both),   p(t | nothing) = Gamma(t; 1, 1/n)
+//! E t = 1 + a S,   var t = (1 + 2 b S) / n + (a S)²,   p(t | S) = Gamma(t; both),   p(t | nothing) = Gamma(t; 1, 1/n)
 //! ```
 //!
-//! which is the former with n = m = 1. ln p(t | S) - ln p(t | nothing) = c(S) + d(S) t + e(S) ln t.
+//! In both, ln p(t | S) - ln p(t | nothing) = c(S) + d(S) t + e(S) ln t.
 
 use super::chart::Chart;
 use super::gaze::Gaze;
 use super::power::{Power, RangeCell, Shown};
 use crate::answer::Slope;
 use crate::math;
-use crate::params::ground_line::{FARTHEST_M, MAX_NATS, NEAREST_M};
+use crate::params::ground_line::{FARTHEST_M, LINE_REACH, MAX_NATS, NEAREST_M};
 
 /// Spacing of the evaluated range cells, metres, or a range bin if that is longer: nearer ones share the window's main
 /// lobe.
 const CELL_M: f32 = 0.0235;
 /// Maximum number of evaluated range cells.
 pub const CELLS: usize = 64;
+/// Number of independent rows in the mean along a line, per row of its half-width: (Σw)² / Σw² of the weights w.
+const WORTH: f32 = 1.4;
+/// Factor of a surface's power S in the weighted mean along its line, Σwg / Σw for the two-way beam g.
+const SHOWN: f32 = 0.709;
+/// Factor of a surface's power S in the variance of each row, Σw²g / Σw².
+const SHOWN_IN_VARIANCE: f32 = 0.792;
 /// Lowest power S of a surface in the table of coefficients of the log-likelihood ratio, dB over the noise.
 const FIRST_DB: f32 = -20.0;
 /// Step between the powers S of a surface in the table of coefficients of the log-likelihood ratio, dB.
@@ -35,18 +42,15 @@ const STEP_DB: f32 = 2.0;
 /// Number of powers S of a surface in the table of coefficients of the log-likelihood ratio.
 const POWERS: usize = 20;
 
-/// Least power over the noise whose logarithm counts.
-const MIN_T: f32 = 1e-6;
-
-/// Number n of looks, with the summand of the log-likelihood ratio that depends on n alone.
+/// Number n of independent rows, with the summand of the log-likelihood ratio that depends on n alone.
 #[derive(Clone, Copy, Debug)]
-struct Looks {
+struct RowCount {
     n: f32,
     /// ln Γ(n) - n ln n.
     constant: f32,
 }
 
-impl Looks {
+impl RowCount {
     fn new(n: f32) -> Self {
         let constant = math::ln_gamma(n) - n * math::ln(n);
         Self { n, constant }
@@ -72,14 +76,24 @@ impl Term {
         least: (0.0, 0.0),
     };
 
-    /// Returns the term of a surface of power `gained` over the noise in the image, seen in `looks` independent looks and
-    /// `speckles` independent speckle patterns.
-    fn new(gained: f32, looks: Looks, speckles: f32) -> Self {
-        let Looks { n, constant } = looks;
-        let mean = 1.0 + gained;
-        let var = (1.0 + 2.0 * gained) / n + gained * gained / speckles;
+    /// Returns the term of one complex look at a surface of power `s` over the noise: of exponential distributions.
+    fn coherent(s: f32) -> Self {
+        Self {
+            constant: -math::ln(1.0 + s),
+            per_t: s / (1.0 + s),
+            per_ln_t: 0.0,
+            least: (0.0, f32::MIN),
+        }
+    }
+
+    /// Returns the term of a surface of power `s` over the noise, seen in `rows` independent rows and `speckles`
+    /// independent speckle patterns.
+    fn new(s: f32, rows: RowCount, speckles: f32) -> Self {
+        let RowCount { n, constant } = rows;
+        let mean = 1.0 + SHOWN * s;
+        let var = (1.0 + 2.0 * SHOWN_IN_VARIANCE * s) / n + SHOWN * s * SHOWN * s / speckles;
         let (shape, scale) = (mean * mean / var, var / mean);
-        let least_t = math::max((n - shape) / (n - 1.0 / scale), MIN_T);
+        let least_t = (n - shape) / (n - 1.0 / scale);
         Self {
             constant: constant - math::ln_gamma(shape) - shape * math::ln(scale),
             per_t: n - 1.0 / scale,
@@ -102,8 +116,10 @@ pub struct Lines {
     pub height_m: f32,
     /// Slope of the ground.
     bend: Slope,
-    /// Gain of a look at the image over one row's cell.
-    pub(super) gain: f32,
+    /// Number of independent rows that see a line in one sweep.
+    pub(super) rows: f32,
+    /// Gain of a coherent look over one row's cell; 0 for looks at the power of rows.
+    pub(super) coherent_gain: f32,
 }
 
 impl Default for Lines {
@@ -125,29 +141,34 @@ impl Lines {
                 from_m: 0.0,
                 slope: 0.0,
             },
-            gain: 0.0,
+            rows: 0.0,
+            coherent_gain: 0.0,
         }
     }
 
     /// Evaluates the lines along the ground and below it, in all range cells of a scan.
     #[inline(never)]
     pub fn look(&mut self, chart: &Chart<'_>) {
-        self.fill(&Gaze::new(chart), FARTHEST_M, |gaze, range_m| {
-            gaze.cell(range_m)
+        self.coherent_gain = chart.image.map_or(0.0, |image| image.gain());
+        self.fill(&Gaze::new(chart), FARTHEST_M, |gaze, bin, range_m| {
+            gaze.cell(bin, range_m)
         });
         self.settle(1.0, 1.0);
     }
 
-    /// Fills the cells by `cell`, called with the range of each, metres. [`Lines::settle`] must follow.
+    /// Fills the cells by `cell`, called with each bin and its range, metres. [`Lines::settle`] must follow.
     pub(super) fn fill(
         &mut self,
         gaze: &Gaze<'_>,
         farthest_m: f32,
-        mut cell: impl FnMut(&Gaze<'_>, f32) -> RangeCell,
+        mut cell: impl FnMut(&Gaze<'_>, usize, f32) -> RangeCell,
     ) {
         let chart = gaze.chart;
         let geometry = chart.map.geometry();
-        self.gain = chart.image.gain();
+        self.rows = match chart.image {
+            Some(_) => 1.0,
+            None => WORTH * LINE_REACH * gaze.sigma_rows,
+        };
         self.cells.clear();
         self.height_m = gaze.height_m;
         self.bend = chart.bend;
@@ -163,19 +184,22 @@ impl Lines {
             if self.cells.is_empty() {
                 self.first_m = range_m;
             }
-            if range_m > farthest_m || self.cells.push(cell(gaze, range_m)).is_err() {
+            if range_m > farthest_m || self.cells.push(cell(gaze, bin, range_m)).is_err() {
                 break;
             }
         }
     }
 
-    /// Computes the table of terms for cells that are means over `sweeps` looks with `speckles` independent speckle
+    /// Computes the table of terms for cells that are means over `sweeps` sweeps with `speckles` independent speckle
     /// patterns.
     pub(super) fn settle(&mut self, sweeps: f32, speckles: f32) {
-        let looks = Looks::new(sweeps);
+        let rows = RowCount::new(self.rows * sweeps);
         for (k, term) in self.terms.iter_mut().enumerate() {
             let s = math::power_ratio(FIRST_DB + STEP_DB * k as f32);
-            *term = Term::new(self.gain * s, looks, speckles);
+            *term = match self.coherent_gain > 0.0 {
+                true => Term::coherent(self.coherent_gain * s),
+                false => Term::new(s, rows, speckles),
+            };
         }
     }
 
@@ -236,10 +260,11 @@ impl Lines {
 
 #[cfg(test)]
 mod tests {
+    use super::super::gaze::WEIGHTS;
     use super::*;
 
-    /// Number of looks in the guard's mean over sweeps.
-    const LOOKS: f32 = 5.7;
+    /// Number of independent rows that see a line with the paper's instrument.
+    const ROWS: f32 = WORTH * LINE_REACH * 6.0;
 
     fn nats(term: Term, t: f32) -> f32 {
         let (least_t, least_ln_t) = term.least;
@@ -248,26 +273,13 @@ mod tests {
 
     #[test]
     fn power_ratio_grows_with_power_and_is_below_one_for_noise() {
-        for looks in [1.0, LOOKS] {
-            for s_db in [-3.0, 3.0, 9.0] {
-                let s = math::power_ratio(s_db);
-                let term = Term::new(s, Looks::new(looks), 1.0);
-                let reported = [0.2, 0.6, 1.0, 1.3, 2.0, 4.0].map(|t| nats(term, t));
-                assert!(reported.is_sorted(), "{s_db}: {reported:?}");
-                assert!(nats(term, 0.5) < 0.0, "{s_db}");
-                assert!(nats(term, 1.0 + 2.0 * s) > 0.0, "{s_db}");
-            }
-        }
-    }
-
-    #[test]
-    fn one_look_is_a_ratio_of_exponential_distributions() {
-        for s in [0.02, 1.0, 40.0, 1e4] {
-            let term = Term::new(s, Looks::new(1.0), 1.0);
-            for t in [0.01, 1.0, 30.0] {
-                let exact = t * s / (1.0 + s) - (1.0 + s).ln();
-                assert!((nats(term, t) - exact).abs() < 1e-4 * (1.0 + t), "{s} {t}");
-            }
+        for s_db in [-3.0, 3.0, 9.0] {
+            let s = math::power_ratio(s_db);
+            let term = Term::new(s, RowCount::new(ROWS), 1.0);
+            let reported = [0.2, 0.6, 1.0, 1.3, 2.0, 4.0].map(|t| nats(term, t));
+            assert!(reported.is_sorted(), "{s_db}: {reported:?}");
+            assert!(nats(term, 1.0) < 0.0, "{s_db}");
+            assert!(nats(term, 1.0 + s) > 0.0, "{s_db}");
         }
     }
 
@@ -275,11 +287,11 @@ mod tests {
     fn a_term_is_the_ratio_of_two_densities() {
         // Over all t, p(t | nothing) times the ratio is a density again, but for the part below `least`.
         for s_db in [-6.0, 0.0, 6.0] {
-            let term = Term::new(math::power_ratio(s_db), Looks::new(LOOKS), 1.0);
-            let n = f64::from(LOOKS);
-            let ln_gamma = f64::from(math::ln_gamma(LOOKS));
+            let term = Term::new(math::power_ratio(s_db), RowCount::new(ROWS), 1.0);
+            let n = f64::from(ROWS);
+            let ln_gamma = f64::from(math::ln_gamma(ROWS));
             let step = 0.005;
-            let sum: f64 = (1..16_000)
+            let sum: f64 = (1..8000)
                 .map(|k| {
                     let t = step * f64::from(k);
                     let nothing = n * n.ln() - ln_gamma + (n - 1.0) * t.ln() - n * t;
@@ -291,5 +303,25 @@ mod tests {
                 .sum();
             assert!((sum - 1.0).abs() < 0.02, "{s_db}: {sum}");
         }
+    }
+
+    #[test]
+    fn weights_sum_to_their_stated_constants() {
+        let steps = 20_000;
+        let mean = |f: &dyn Fn(f64) -> f64| -> f64 {
+            let all = (0..steps).map(|k| f((f64::from(k) + 0.5) / f64::from(steps)));
+            all.sum::<f64>() / f64::from(steps)
+        };
+        let w = |t: f64| (1.0 - t * t).powi(2);
+        let beam = |t: f64| (-0.5 * (t * f64::from(LINE_REACH)).powi(2)).exp();
+        let (sum, squares) = (mean(&w), mean(&|t| w(t) * w(t)));
+        let close = |a: f64, b: f32| (a - f64::from(b)).abs() < 1e-3;
+        assert!(close(2.0 * sum, WEIGHTS));
+        assert!(close(2.0 * sum * sum / squares, WORTH));
+        assert!(close(mean(&|t| w(t) * beam(t)) / sum, SHOWN));
+        assert!(close(
+            mean(&|t| w(t) * w(t) * beam(t)) / squares,
+            SHOWN_IN_VARIANCE
+        ));
     }
 }

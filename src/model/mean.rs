@@ -141,7 +141,7 @@ mod tests {
     fn lines(power: Power) -> (Lines, Above) {
         let mut lines = Lines::new();
         (lines.first_m, lines.step_m, lines.height_m) = (0.6, 0.02, 0.4);
-        lines.gain = 3.8;
+        lines.rows = 10.0;
         for _ in 0..10 {
             let lower = [Power::DARK; DEPTHS_M.len()];
             let cell = RangeCell {

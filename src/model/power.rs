@@ -73,19 +73,11 @@ impl Shown {
 /// Powers over the noise of a range cell along the lines of the ground and of lower ground.
 #[derive(Clone, Copy, Debug)]
 pub struct RangeCell {
-    /// Power over the noise along the ground's line; in a guard sweep along the strongest of three lines: at the ground's
-    /// height, slightly below and slightly above it.
+    /// Power over the noise along the strongest of three lines: at the ground's height, slightly below and slightly
+    /// above it.
     pub ground: Power,
     /// Powers over the noise along the lines of lower ground, in the order of their depths [`DEPTHS_M`].
     pub lower: [Power; DEPTHS_M.len()],
-}
-
-impl RangeCell {
-    /// A range cell that is not seen.
-    pub(super) const DARK: Self = Self {
-        ground: Power::DARK,
-        lower: [Power::DARK; DEPTHS_M.len()],
-    };
 }
 
 #[cfg(test)]

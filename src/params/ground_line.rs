@@ -8,6 +8,8 @@ pub const OFF_M: f32 = 0.01;
 pub const NEAREST_M: f32 = 0.36;
 /// Maximum range of evaluated ground from the mirror, metres.
 pub const FARTHEST_M: f32 = 2.0;
+/// Minimum share of the rows around a line, by weight, that must have been received for the line to count as seen.
+pub const MIN_SHARE: f32 = 0.5;
 /// Power that side lobes put into all other rows of a range cell, as a ratio to the power of its strongest row.
 pub const SIDE_LOBES: f32 = 0.02;
 /// Maximum distance of a cell's strongest row from a surface's line at which it counts as the surface's own echo,
@@ -37,6 +39,12 @@ pub const AGAIN: f32 = 0.004;
 pub const HOLE_M: f32 = 0.2;
 /// Probability that lower ground is visible behind an edge, over all depths.
 pub const LOWER: f32 = 0.5;
+
+// Averaging of rows.
+
+/// Half-width of the window of rows over which the power along a line is averaged, standard deviations of the two-way
+/// beam.
+pub const LINE_REACH: f32 = 2.5;
 
 // Powers of the surfaces.
 

@@ -6,6 +6,7 @@ use host_sim::coherent::CoherentView;
 use host_sim::recording::Truth;
 use host_sim::replay::Scanned;
 use stairscan::config::Plane;
+use stairscan::params::ground_line::LINE_REACH;
 use stairscan::signal::grid::{DB_PER_UNIT, PolarMap, two_way_sigma};
 
 /// Distance from the mirror up to which top edges count, metres.
@@ -21,8 +22,6 @@ const LEVEL_M: f64 = 0.02;
 /// Ground that is examined, metres ahead, and the distance of its cells.
 const GROUND_M: (f64, f64) = (0.5, 1.0);
 const CELL_M: f64 = 0.015;
-/// Half-width of the rows over which a mean of rows goes, standard deviations of the two-way beam.
-const LINE_REACH: f32 = 2.5;
 /// Power over the noise that noise exceeds once in 1,000 cells: ln 1000.
 const SEEN: f32 = 6.907_755;
 /// Share of the cells from which on a recording's ground is seen.
@@ -156,7 +155,7 @@ fn ground(view: &CoherentView, map: &PolarMap, height_m: f32) -> Seen {
     seen
 }
 
-/// Mean power over the rows around an angle, with weights (1 - t²)²: what rows show without their phases.
+/// Mean power over the rows around an angle, with the weights (1 - t²)² that the estimator gives the ground's line.
 struct MeanOfRows {
     /// Half-width of the weights, rows.
     reach: usize,

@@ -1,7 +1,11 @@
 //! Synthetic maps for the tests of other modules.
 
 use crate::config::Config;
-use crate::signal::grid::PolarMap;
+use crate::signal::grid::{PolarMap, two_way_sigma};
+use std::vec::Vec;
+
+/// Level of the mean noise power in the synthetic maps, map units.
+const NOISE: u8 = 80;
 
 /// Returns a map of `config` whose cells are `cell(row, bin)`.
 pub fn map(config: &Config, cell: impl Fn(usize, usize) -> u8) -> Box<PolarMap> {
@@ -31,4 +35,34 @@ pub fn uniform(row: usize, bin: usize, seed: u64) -> f64 {
 /// Returns the power of exponentially distributed noise of mean 1, always the same for the same cell and seed.
 pub fn noise(row: usize, bin: usize, seed: u64) -> f64 {
     -uniform(row, bin, seed).ln()
+}
+
+/// Returns a map of point scatterers (x, y, dB above the noise) with noise.
+pub fn scene(config: &Config, points: &[(f32, f32, f64)]) -> Box<PolarMap> {
+    let mut blank = Box::new(PolarMap::new());
+    blank.begin(config).unwrap();
+    let geometry = *blank.geometry();
+    let sigma = f64::from(two_way_sigma(geometry.beamwidth_rad));
+    let native = f64::from(config.radar.range_resolution_m());
+    let places: Vec<(f64, f64, f64)> = points
+        .iter()
+        .map(|&(x, y, db)| {
+            let (range, angle) = geometry.polar(x, y);
+            (range.into(), angle.into(), db)
+        })
+        .collect();
+    map(config, |row, bin| {
+        let angle = f64::from(blank.angle_rad(row));
+        let range = f64::from(geometry.range_m(bin as f32));
+        let mut power = noise(row, bin, 7);
+        for &(r, a, db) in &places {
+            let bins = (range - r) / native;
+            let turn = (angle - a) / sigma;
+            let response = (-6.0 * bins * bins).max(-45.0);
+            power += 10f64.powf((db + response) / 10.0) * (-0.5 * turn * turn).exp();
+        }
+        (f64::from(NOISE) + 8.0 * power.log2())
+            .round()
+            .clamp(0.0, 255.0) as u8
+    })
 }

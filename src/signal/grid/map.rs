@@ -21,6 +21,17 @@ const _: () = assert!(MAX_ROWS == MAX_CELLS / MIN_BINS);
 const MASK_WORDS: usize = MAX_CELLS / 32 + 1;
 /// Map units per octave of power.
 pub const UNITS_PER_OCTAVE: u8 = 8;
+/// 2^(k/8) for the map units of an octave, Q32.
+pub const EIGHTHS: [u64; UNITS_PER_OCTAVE as usize] = [
+    4_294_967_296,
+    4_683_695_048,
+    5_107_605_667,
+    5_569_883_475,
+    6_074_001_000,
+    6_623_745_065,
+    7_223_245_205,
+    7_877_004_772,
+];
 /// Decibels per map unit.
 pub const DB_PER_UNIT: f32 = 0.376_287_5;
 

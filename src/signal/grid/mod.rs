@@ -11,6 +11,6 @@ mod map;
 mod window;
 
 pub use geometry::{Geometry, two_way_sigma};
-pub(crate) use map::UNITS_PER_OCTAVE;
 pub use map::{DB_PER_UNIT, MAX_BINS, MIN_BINS, PolarMap, Row};
+pub(crate) use map::{EIGHTHS, UNITS_PER_OCTAVE};
 pub use window::{BinWindow, MAX_CELLS};

@@ -332,22 +332,6 @@ impl CoherentImage {
         [f32::from(x.re()) * unit, f32::from(x.im()) * unit]
     }
 
-    /// Returns the power of the finished image at a node in a bin of its row; 0 outside.
-    #[inline(always)]
-    pub fn power(&self, words: &[u32], node: usize, bin: usize) -> f32 {
-        let bin = match self.travel_m {
-            Some(_) => self.bin_of(words, node as f32, bin),
-            None => bin,
-        };
-        if bin >= self.bins {
-            return 0.0;
-        }
-        let x = Packed(words.get(node * self.bins + bin).copied().unwrap_or(0));
-        let (re, im) = (i32::from(x.re()), i32::from(x.im()));
-        let unit = self.unit(node);
-        (re * re + im * im) as f32 * (unit * unit)
-    }
-
     /// Returns the value of a finished image at a (fractional) node that is not negative, interpolated between two nodes.
     #[inline(always)]
     pub fn between(&self, words: &[u32], at: f32, bin: usize) -> [f32; 2] {

@@ -103,21 +103,6 @@ impl<'a> Cleaned<'a> {
         self.gain
     }
 
-    /// Returns the power over the noise of the strongest node of a stored bin of a row, and its angle, radians. Of a lobe every
-    /// second node shows all but 0.4 dB.
-    #[inline(never)]
-    pub fn strongest(&self, bin: usize) -> (f32, f32) {
-        let nodes = self.image.nodes();
-        let (mut most, mut at) = (0.0, 0.0);
-        for node in (0..nodes.count()).step_by(2) {
-            let power = self.image.power(self.words, node, bin);
-            if power > most {
-                (most, at) = (power, node as f32);
-            }
-        }
-        (most / self.noise, nodes.angle_rad(at))
-    }
-
     /// Returns the look at a stored bin of a row and the row's angle, radians; `None` outside of the scan.
     #[inline(never)]
     pub fn look(&self, bin: usize, angle_rad: f32) -> Option<Look> {
@@ -133,10 +118,7 @@ impl<'a> Cleaned<'a> {
         let mut sum = self.image.between(self.words, at, bin);
         let mut background = 1.0;
         let place = bin as f32;
-        let phasor = match self.echoes.is_empty() {
-            true => [0.0; 2],
-            false => self.range.phasor(place),
-        };
+        let phasor = self.range.phasor(place);
         let per_sigma = 1.0 / nodes.lobe_sigma();
         for echo in &self.echoes {
             let off = place - echo.bin;

@@ -106,22 +106,6 @@ impl Seen {
         self.turned(backwards, true, false, |_| 0.0)
     }
 
-    /// Returns the finished image, and in place of its echoes the scan's noise.
-    pub(crate) fn finished(&self) -> (Box<KeptImage>, FoundEchoes) {
-        let mut image = self.image(false);
-        image.finish();
-        let noise = NOISE.into();
-        let nothing = FoundEchoes::NONE;
-        (image, FoundEchoes { noise, ..nothing })
-    }
-
-    /// Returns the image behind CLEAN, and its echoes.
-    pub(crate) fn cleaned(&self, config: &Config) -> (Box<KeptImage>, FoundEchoes) {
-        let mut image = self.image(false);
-        let found = found(&mut image, self, config);
-        (image, found)
-    }
-
     /// Returns what the detection finds, with the rows in either direction.
     pub(crate) fn found(&self, config: &Config, backwards: bool) -> FoundEchoes {
         found(&mut self.image(backwards), self, config)
