@@ -155,7 +155,7 @@ fn parse<'data>(elf: &Path, bytes: &'data [u8]) -> Result<object::File<'data>> {
 /// Checks that the emulator can boot a file as an image of the scanner.
 ///
 /// # Errors
-/// The file is missing, or those of [`file`].
+/// The file is missing, or those of [`file()`].
 pub fn check(elf: &Path) -> Result<()> {
     file(elf, &bytes(elf)?).map(|_| ())
 }
