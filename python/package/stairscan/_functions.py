@@ -208,6 +208,7 @@ def _answer(raw: dict[str, Any]) -> Answer:
         steps=tuple(Step(**step) for step in values["steps"]),
         drop=None if drop is None else Drop(**drop),
         maybes=tuple(Maybe(**maybe) for maybe in values["maybe"]),
+        ground=tuple((from_m, slope) for from_m, slope in values["ground"]),
         lost_rows=values["lost_rows"],
         sentences=tuple(raw["sentences"]),
         summary=raw["summary"],

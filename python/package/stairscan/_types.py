@@ -180,6 +180,8 @@ class Answer:
     steps: tuple[Step, ...]
     drop: Drop | None
     maybes: tuple[Maybe, ...]
+    ground: tuple[tuple[float, float], ...]
+    """Where the ground bends, metres from the mirror, and its slope from there on; empty for level ground."""
     lost_rows: int
     sentences: tuple[str, ...] = field(repr=False)
     """The sentences of the UART, without line ends."""
