@@ -73,11 +73,11 @@ pub struct RangeProfile {
     /// Range, metres, and power, dB relative to full scale, of every echo above its threshold that is no detection
     /// because it may be an I/Q image.
     pub images: Vec<(f32, f32)>,
-    /// What CFAR makes of every bin.
+    /// Result of CA-CFAR in each bin.
     pub marks: Vec<Mark>,
 }
 
-/// What CFAR makes of a bin.
+/// Result of CA-CFAR in a bin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mark {
     /// Below the threshold, or not tested.

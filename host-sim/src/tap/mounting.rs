@@ -1,5 +1,5 @@
-//! What a recording needs of the scanner and the radar link does not transmit: mounting, schedules of angles, duration of
-//! a chirp.
+//! Properties of the scanner that a recording has, and that the radar link does not transmit: mounting, schedules of
+//! angles, duration of a chirp.
 
 use stairscan::config::SweepConfig;
 

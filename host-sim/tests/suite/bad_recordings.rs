@@ -386,7 +386,7 @@ fn what_is_no_image_is_reported_before_the_emulator_starts() {
     }
 }
 
-/// What cannot be played to the image is refused before it is built.
+/// A recording that the image cannot scan is refused before the image is built.
 #[test]
 fn emulate_refuses_bad_arguments_before_it_builds() {
     let path = |name: &str| format!("{}/../recordings/{name}", env!("CARGO_MANIFEST_DIR"));

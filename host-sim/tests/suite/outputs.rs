@@ -346,7 +346,7 @@ fn of_two_writers_one_wins() {
     assert!(sim(&["replay", to.to_str().unwrap()]).status.success());
 }
 
-/// What cannot be written is refused before a recording begins or an image is built, and nothing is left of the check.
+/// An output that cannot be written is refused before a recording begins or an image is built. The check leaves no file.
 #[test]
 fn an_output_that_cannot_be_written_is_refused_at_the_beginning() {
     let scratch = Scratch::new("outputs-early");

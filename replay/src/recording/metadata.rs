@@ -334,7 +334,7 @@ impl Sequence {
     }
 }
 
-/// KeyLimits of a number that a recording states of its mirror: in words, least and greatest.
+/// Limits of a number that a recording states of its mirror: in words, least and greatest.
 pub struct KeyLimits {
     /// The limits with their unit, as errors name them.
     pub expected: &'static str,
@@ -350,19 +350,19 @@ impl KeyLimits {
 }
 
 impl MirrorSetup {
-    /// KeyLimits of the distance from the radar's lens to the mirror.
+    /// Limits of the distance from the radar's lens to the mirror.
     pub const OFFSET: KeyLimits = KeyLimits {
         expected: "0 to 2 metres",
         least: 0.0,
         most: 2.0,
     };
-    /// KeyLimits of the beam's full width.
+    /// Limits of the beam's full width.
     pub const BEAMWIDTH: KeyLimits = KeyLimits {
         expected: "0.5 to 30 degrees",
         least: 0.5,
         most: 30.0,
     };
-    /// KeyLimits of the mirror's height above the ground.
+    /// Limits of the mirror's height above the ground.
     pub const MOUNT_HEIGHT: KeyLimits = KeyLimits {
         expected: "0.01 to 5 metres",
         least: 0.01,

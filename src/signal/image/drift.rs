@@ -17,8 +17,8 @@ const STRONG: f32 = 10.0;
 const CUT_OFF: f32 = 4.0;
 /// Share by which means over the rows fade from row to row.
 const FADES: f32 = 0.9;
-/// Least rest of the phase change from row to row of a chair that moves, radians (4 degrees; over a lobe it costs 0.8 dB), and in its
-/// own standard deviations.
+/// Least phase change from row to row beyond the expected one that is taken out, radians (4 degrees; over a lobe it costs
+/// 0.8 dB), and in its own standard deviations.
 const MOVES_RAD: f32 = 0.07;
 const MOVES_SIGMAS: f32 = 4.0;
 
