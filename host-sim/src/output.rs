@@ -122,8 +122,7 @@ impl Outputs {
     /// # Errors
     /// Those of [`Self::ready`], or the folder cannot be created; the message names it.
     pub fn ready_folder(&self, dir: &Path, names: &[String]) -> Result<()> {
-        no_stdout(dir)?;
-        fs::create_dir_all(dir).with_context(|| format!("{}", dir.display()))?;
+        folder(dir)?;
         let mut paths = names.iter().map(|name| dir.join(name));
         paths.try_for_each(|path| self.ready(&path))
     }
@@ -191,6 +190,15 @@ pub fn no_stdout(path: &Path) -> Result<()> {
         path.display()
     );
     Ok(())
+}
+
+/// Creates an output's folder, if it is missing.
+///
+/// # Errors
+/// That of [`no_stdout`], or the folder cannot be created; the message names it.
+pub fn folder(dir: &Path) -> Result<()> {
+    no_stdout(dir)?;
+    fs::create_dir_all(dir).with_context(|| format!("{}", dir.display()))
 }
 
 /// Returns the paths of metadata and samples of a recording named with or without suffix.

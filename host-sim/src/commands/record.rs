@@ -483,7 +483,7 @@ fn write(
     let mut parts = gather.parts();
     let mut unknown = Vec::new();
     for part in &mut parts {
-        match kinds::kind((part.by_angles, &part.times), &mounting, &beside) {
+        match part.scans_kind(&mounting, &beside) {
             Some(Kind::Guard) => setup::mark_guard(&mut part.recording),
             Some(Kind::Scans) => {}
             None => unknown.push(&*part.recording.name),

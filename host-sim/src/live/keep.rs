@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 
 use super::Ms;
-use crate::output::no_stdout;
+use crate::output::folder;
 use crate::recording::writable;
 
 /// Maximum number of recorded sessions, a file each, in a directory.
@@ -42,8 +42,7 @@ impl Keep {
     /// # Errors
     /// The directory cannot be created, or no file in it; the message names the path.
     pub fn check(dir: &Path) -> Result<()> {
-        no_stdout(dir)?;
-        fs::create_dir_all(dir).with_context(|| format!("{}", dir.display()))?;
+        folder(dir)?;
         writable(&dir.join("live-000.txt"))
     }
 
@@ -53,7 +52,7 @@ impl Keep {
     /// # Errors
     /// The directory or the file cannot be created; the message names the path.
     pub fn begin(dir: &Path, about: &str) -> Result<Self> {
-        Self::check(dir)?;
+        folder(dir)?;
         for number in 1..=MAX_SESSIONS {
             let path = dir.join(format!("live-{number:03}.txt"));
             match OpenOptions::new().append(true).create_new(true).open(&path) {

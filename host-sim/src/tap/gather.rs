@@ -7,6 +7,7 @@
 
 use stairscan::config::{RadarConfig, SweepConfig};
 
+use super::beside::Beside;
 use super::kinds;
 use super::mounting::Mounting;
 use super::scans::Scan;
@@ -27,8 +28,6 @@ pub struct Part {
     pub recording: Recording,
     /// Times of the first and the last trigger of each scan, ms since the session began, in the order of the scans.
     pub times: Vec<(Ms, Ms)>,
-    /// Kind of the scans by their angles; `None` if these do not show it.
-    pub by_angles: Option<Kind>,
     /// Properties that the next scan must share to be added to this recording.
     kind: RecordingKind,
     /// Whether the last scan went from the last angle of its schedule to the first.
@@ -43,8 +42,17 @@ struct RecordingKind {
     chirps: u8,
     /// Schedule of the angles; `None` if the angles follow no schedule.
     sweep: Option<SweepConfig>,
+    /// Kind of the scans by their angles; `None` if these do not show it.
     by_angles: Option<Kind>,
     whole: bool,
+}
+
+impl Part {
+    /// Returns the kind of the scans, by their angles and by what the report port `beside` has received; `None` if it is not
+    /// known. `mounting` is that with which they were collected.
+    pub fn scans_kind(&self, mounting: &Mounting, beside: &Beside) -> Option<Kind> {
+        kinds::kind((self.kind.by_angles, &self.times), mounting, beside)
+    }
 }
 
 /// Collects scans of a tap into one or several recordings.
@@ -262,7 +270,6 @@ impl Gather {
                 samples: Vec::new(),
             },
             times: Vec::new(),
-            by_angles: kind.by_angles,
             kind,
             backward,
         }

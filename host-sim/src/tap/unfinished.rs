@@ -8,7 +8,6 @@ use anyhow::{Context, Result, ensure};
 
 use super::beside::Beside;
 use super::gather::Gather;
-use super::kinds;
 use super::mounting::Mounting;
 use super::scans::Scan;
 use crate::recording::{DATA_SUFFIX, meta_path, name_of};
@@ -58,7 +57,7 @@ impl Unfinished {
         let mut gather = Gather::new(&name, mounting.clone());
         gather.take(scan);
         for mut part in gather.parts() {
-            if kinds::kind((part.by_angles, &part.times), mounting, beside) == Some(Kind::Guard) {
+            if part.scans_kind(mounting, beside) == Some(Kind::Guard) {
                 setup::mark_guard(&mut part.recording);
             }
             let dir = &self.dir;

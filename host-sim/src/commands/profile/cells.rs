@@ -57,8 +57,7 @@ pub fn masked(profile: &Profile, cfar: &CfarConfig) -> Vec<usize> {
     let is_masked = |&bin: &usize| {
         let around = tested.iter().filter(|&&other| other.abs_diff(bin) <= reach);
         let strongest = around.fold(f32::NEG_INFINITY, |most, &other| most.max(level(other)));
-        let is_peak = bin > 0 && level(bin - 1) < level(bin) && level(bin) >= level(bin + 1);
-        is_peak
+        is_peak(profile, bin)
             && !profile.is_hit(bin)
             && !profile.is_image(bin)
             && level(bin) > median + ECHO_DB
@@ -70,10 +69,14 @@ pub fn masked(profile: &Profile, cfar: &CfarConfig) -> Vec<usize> {
 /// Returns the bins of a profile that hold an echo above its threshold, and are no detection because they may be the I/Q
 /// image of the echo at their negative frequency.
 pub fn images(profile: &Profile) -> Vec<usize> {
-    let level = |bin: usize| profile.power_db(bin);
-    let is_peak = |bin: usize| level(bin - 1) < level(bin) && level(bin) >= level(bin + 1);
-    let inner = 1..profile.bins().saturating_sub(1);
+    let inner = 0..profile.bins().saturating_sub(1);
     inner
-        .filter(|&bin| profile.is_image(bin) && is_peak(bin))
+        .filter(|&bin| profile.is_image(bin) && is_peak(profile, bin))
         .collect()
+}
+
+/// Returns whether a bin has more power than the bin before, and no less than the next one.
+fn is_peak(profile: &Profile, bin: usize) -> bool {
+    let level = |bin: usize| profile.power_db(bin);
+    bin > 0 && level(bin - 1) < level(bin) && level(bin) >= level(bin + 1)
 }

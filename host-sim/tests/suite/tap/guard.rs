@@ -42,12 +42,7 @@ fn gathered(traffic: &Traffic, mounting: &Mounting) -> (Vec<Part>, Vec<String>) 
 fn kinds_of(traffic: &Traffic, beside: &Beside) -> Vec<(usize, Option<Kind>)> {
     let (mounting, _) = beside::mounting(&MountingArgs::default(), beside);
     let (parts, _) = gathered(traffic, &mounting);
-    let kind = |part: &Part| {
-        (
-            part.times.len(),
-            kinds::kind((part.by_angles, &part.times), &mounting, beside),
-        )
-    };
+    let kind = |part: &Part| (part.times.len(), part.scans_kind(&mounting, beside));
     parts.iter().map(kind).collect()
 }
 
